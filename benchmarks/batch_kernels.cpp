@@ -11,10 +11,13 @@
 #include <algorithm>
 #include <chrono>
 #include <numeric>
+#include <optional>
 
 #include "base/stopwatch.hpp"
-#include "mechanics/batch_kernels.hpp"
+#include "mechanics/batch_law.hpp"
+#include "mechanics/materials/registry.hpp"
 #include "mechanics/rotation.hpp"
+#include "mesh/quadratic.hpp"
 #include "support/p1_kernels.hpp"
 #include "support/shapes.hpp"
 
@@ -77,14 +80,17 @@ const Bandwidths& bandwidths() {
     return measured;
 }
 
-void report(benchmark::State& state, double bytes) {
+void report(benchmark::State& state, double bytes, double tets) {
     using benchmark::Counter;
-    const auto tets = static_cast<double>(setting(state.range(0)).elements.size());
     const auto a_second = [](double x) { return Counter(x, Counter::kIsIterationInvariantRate); };
     state.counters["tets/s"] = a_second(tets);
     state.counters["GB/s"] = a_second(bytes / 1e9);
     state.counters["of_read"] = a_second(bytes / bandwidths().read);
     state.counters["of_triad"] = a_second(bytes / bandwidths().triad);
+}
+
+void report(benchmark::State& state, double bytes) {
+    report(state, bytes, static_cast<double>(setting(state.range(0)).elements.size()));
 }
 
 template <class T>
@@ -166,12 +172,20 @@ void assemble_scalar(benchmark::State& state) {
                       2 * bytes_of(k.values));
 }
 
+/// As kernels of floats read.
+template <class Real>
+std::vector<Real> with_one_behind(const std::vector<double>& values) {
+    std::vector<Real> all(values.begin(), values.end());
+    all.push_back(0);
+    return all;
+}
+
 template <class Real>
 struct Batched {
     const Setting& s;
     TetBatches<Real> batches{s.elements, s.mesh.tets};
     std::vector<RotationBatch<Real>> rotations = batches.make_rotations();
-    std::vector<Real> u{s.u.begin(), s.u.end()}, f = std::vector<Real>(u.size());
+    std::vector<Real> u = with_one_behind<Real>(s.u), f = std::vector<Real>(u.size());
     std::vector<Real> values = std::vector<Real>(9 * s.pattern.size(0));
     double batch_bytes = static_cast<double>(batches.all().end * sizeof(TetBatch<Real>));
 
@@ -212,6 +226,69 @@ void assemble_batched(benchmark::State& state) {
            k.batch_bytes + bytes_of(k.rotations) + k.s.pattern.bytes() + 2 * bytes_of(k.values));
 }
 
+/// Tets of `nodes` nodes with laws written for lanes, in float. Of ten nodes: about 8,000 and 48,000
+/// tets, as many nodes as the blocks above have.
+template <int nodes>
+struct WithLaw {
+    TetMesh mesh;
+    std::vector<TetElement> elements;
+    std::vector<std::array<std::int32_t, nodes>> tets;
+    std::vector<float> u, f;
+    std::vector<RotationBatch<float>> rotations;
+    std::optional<TetBatches<float, nodes>> batches;
+
+    explicit WithLaw(std::int64_t size) {
+        const std::array<int, 3> cells =
+            size == 0 ? std::array{32, 18, 18} : std::array{52, 34, 35};
+        mesh = nodes == 4 ? test::block(cells, {0.16, 0.09, 0.09})
+                          : quadratic_mesh(test::block({cells[0] / 2, cells[1] / 2, cells[2] / 2},
+                                                       {0.16, 0.09, 0.09}));
+        std::vector<double> bent;
+        for (const Vector3& x : mesh.nodes)
+            for (const double component : {0.1 * x.y() * x.z(), -x.y() * x.x(), 5 * x.x() * x.x()})
+                bent.push_back(component);
+        for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
+            const Tet& t = mesh.tets[e];
+            elements.push_back(make_element(
+                {mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]}, 9000,
+                1000));
+            std::copy_n(t.begin(), 4, tets.emplace_back().begin());
+            for (int i = 4; i < nodes; ++i) tets.back()[i] = mesh.edge_nodes[e][i - 4];
+        }
+        u = with_one_behind<float>(bent);
+        f.resize(u.size());
+        batches.emplace(elements, tets);
+        rotations.resize(batches->all().end);
+        update_rotations(*batches, batches->all(), std::span<const float>(u), std::span(rotations));
+    }
+    static const BatchLaw& law(bool hooke) {
+        return hooke ? hooke_law() : *registered_material("neohookean").batch_law();
+    }
+    void report(benchmark::State& state, bool hooke) const {
+        const double bytes =
+            static_cast<double>(batches->all().end * sizeof(TetBatch<float, nodes>)) + bytes_of(u) +
+            2 * bytes_of(f) + (hooke ? bytes_of(rotations) : 0);
+        livetet::report(state, bytes, static_cast<double>(tets.size()));
+    }
+};
+
+template <int nodes, bool hooke>
+void law_forces(benchmark::State& state) {
+    WithLaw<nodes> k(state.range(0));
+    for (auto _ : state)
+        k.law(hooke).add_forces(*k.batches, k.batches->all(), k.rotations, k.u, k.f);
+    k.report(state, hooke);
+}
+
+template <int nodes, bool hooke>
+void law_products(benchmark::State& state) {
+    WithLaw<nodes> k(state.range(0));
+    for (auto _ : state)
+        k.law(hooke).add_stiffness_times(0.5, *k.batches, k.batches->all(), k.rotations, k.u, k.u,
+                                         k.f);
+    k.report(state, hooke);
+}
+
 #define LIVETET_BENCHMARK(name)                                                                  \
     BENCHMARK(name##_scalar)->Unit(benchmark::kMillisecond)->DenseRange(0, 1);                   \
     BENCHMARK_TEMPLATE(name##_batched, double)->Unit(benchmark::kMillisecond)->DenseRange(0, 1); \
@@ -221,6 +298,13 @@ LIVETET_BENCHMARK(rotations);
 LIVETET_BENCHMARK(forces);
 LIVETET_BENCHMARK(stiffness_times);
 LIVETET_BENCHMARK(assemble);
+#define LIVETET_LAW(kernel)                                                                \
+    BENCHMARK_TEMPLATE(kernel, 4, true)->Unit(benchmark::kMillisecond)->DenseRange(0, 1);  \
+    BENCHMARK_TEMPLATE(kernel, 4, false)->Unit(benchmark::kMillisecond)->DenseRange(0, 1); \
+    BENCHMARK_TEMPLATE(kernel, 10, true)->Unit(benchmark::kMillisecond)->DenseRange(0, 1); \
+    BENCHMARK_TEMPLATE(kernel, 10, false)->Unit(benchmark::kMillisecond)->DenseRange(0, 1)
+LIVETET_LAW(law_forces);
+LIVETET_LAW(law_products);
 
 }  // namespace
 }  // namespace livetet

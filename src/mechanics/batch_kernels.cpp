@@ -3,193 +3,17 @@
 #include <algorithm>
 #include <cstring>
 
+#include "mechanics/lanes.hpp"
 #include "mechanics/materials/corotated.hpp"
 #include "mechanics/rotation.hpp"
 #include "mechanics/scaled_stiffness.hpp"
 #include "mechanics/tet_kernels.hpp"
 
-// Vectors wider than the machine's are passed between functions of this file only, which are all
-// inlined.
-#pragma GCC diagnostic ignored "-Wpsabi"
-
 namespace livetet {
 
+using namespace lanes;
+
 namespace {
-
-/// One number of each tet of a batch: a vector of the compiler, with + - * / < and ?: by lane.
-template <class Real>
-struct LanesOf {
-    using type [[gnu::vector_size(32)]] = Real;
-};
-template <class Real>
-using Lanes = typename LanesOf<Real>::type;
-
-template <class Real>
-Lanes<Real> load(const Real (&row)[batch_width<Real>]) {
-    Lanes<Real> x;
-    std::memcpy(&x, row, sizeof x);
-    return x;
-}
-
-template <class Real>
-void store(const Lanes<Real>& x, Real (&row)[batch_width<Real>]) {
-    std::memcpy(row, &x, sizeof x);
-}
-
-template <class Real>
-Lanes<Real> all_lanes(Real x) {
-    return x - Lanes<Real>{};
-}
-
-template <class Real>
-struct Vec3 {
-    Lanes<Real> x, y, z;
-};
-template <class Real>
-Vec3<Real> operator+(const Vec3<Real>& a, const Vec3<Real>& b) {
-    return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
-template <class Real>
-Vec3<Real> operator-(const Vec3<Real>& a, const Vec3<Real>& b) {
-    return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-template <class Real>
-Vec3<Real> operator-(const Vec3<Real>& a) {
-    return {-a.x, -a.y, -a.z};
-}
-template <class Real>
-Vec3<Real> operator*(const Lanes<Real>& s, const Vec3<Real>& a) {
-    return {s * a.x, s * a.y, s * a.z};
-}
-template <class Real>
-Lanes<Real> dot(const Vec3<Real>& a, const Vec3<Real>& b) {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-template <class Real>
-Vec3<Real> cross(const Vec3<Real>& a, const Vec3<Real>& b) {
-    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-
-/// A 3x3 matrix by its columns.
-template <class Real>
-struct Mat3 {
-    Vec3<Real> x, y, z;
-};
-template <class Real>
-Vec3<Real> operator*(const Mat3<Real>& m, const Vec3<Real>& a) {
-    return a.x * m.x + a.y * m.y + a.z * m.z;
-}
-template <class Real>
-Mat3<Real> operator-(const Mat3<Real>& a, const Mat3<Real>& b) {
-    return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-template <class Real>
-Lanes<Real> dot(const Mat3<Real>& a, const Mat3<Real>& b) {
-    return dot(a.x, b.x) + dot(a.y, b.y) + dot(a.z, b.z);
-}
-template <class Real>
-Mat3<Real> cofactor(const Mat3<Real>& m) {
-    return {cross(m.y, m.z), cross(m.z, m.x), cross(m.x, m.y)};
-}
-
-/// Rows 3 i .. 3 i + 2 of a batch.
-template <class Real>
-Vec3<Real> load3(const Real (*rows)[batch_width<Real>]) {
-    return {load<Real>(rows[0]), load<Real>(rows[1]), load<Real>(rows[2])};
-}
-template <class Real>
-Mat3<Real> load_matrix(const Real (&rows)[9][batch_width<Real>]) {
-    return {load3<Real>(rows), load3<Real>(rows + 3), load3<Real>(rows + 6)};
-}
-template <class Real>
-void store3(const Vec3<Real>& a, Real (*rows)[batch_width<Real>]) {
-    store<Real>(a.x, rows[0]);
-    store<Real>(a.y, rows[1]);
-    store<Real>(a.z, rows[2]);
-}
-
-/// The values of u at corner i of each tet.
-template <class Real>
-Vec3<Real> gather(const Real* u, const std::int32_t (&offset)[batch_width<Real>]) {
-    Vec3<Real> a;
-    for (int l = 0; l < batch_width<Real>; ++l) {
-        const Real* p = u + offset[l];
-        a.x[l] = p[0], a.y[l] = p[1], a.z[l] = p[2];
-    }
-    return a;
-}
-
-/// f += a at corner i of each tet, one after the other: tets may share nodes.
-template <class Real>
-void scatter_add(const Vec3<Real>& a, const std::int32_t (&offset)[batch_width<Real>], Real* f) {
-    for (int l = 0; l < batch_width<Real>; ++l) {
-        Real* p = f + offset[l];
-        p[0] += a.x[l], p[1] += a.y[l], p[2] += a.z[l];
-    }
-}
-
-/// grad u = sum_i (u_i - u_0) g_i^T, i = 1, 2, 3.
-template <class Real>
-Mat3<Real> gradient_of(const TetBatch<Real>& b, const Real* u) {
-    const Vec3<Real> u0 = gather(u, b.offset[0]);
-    const Mat3<Real> d{gather(u, b.offset[1]) - u0, gather(u, b.offset[2]) - u0,
-                       gather(u, b.offset[3]) - u0};
-    const Mat3<Real> g = load_matrix<Real>(b.gradients);
-    return {d * Vec3<Real>{g.x.x, g.y.x, g.z.x}, d * Vec3<Real>{g.x.y, g.y.y, g.z.y},
-            d * Vec3<Real>{g.x.z, g.y.z, g.z.z}};
-}
-
-template <class Real>
-Mat3<Real> plus_identity(const Mat3<Real>& m) {
-    return {{m.x.x + 1, m.x.y, m.x.z}, {m.y.x, m.y.y + 1, m.y.z}, {m.z.x, m.z.y, m.z.z + 1}};
-}
-
-/// V R (2 mu eps + lambda tr(eps) I) with eps = sym(R^T A) - shift I.
-template <class Real>
-Mat3<Real> stress(const TetBatch<Real>& b, const Mat3<Real>& R, const Mat3<Real>& A, Real shift) {
-    const Lanes<Real> mu = load<Real>(b.mu);
-    const Lanes<Real> xx = dot(R.x, A.x) - shift, yy = dot(R.y, A.y) - shift,
-                      zz = dot(R.z, A.z) - shift;
-    const Lanes<Real> pressure = load<Real>(b.lambda) * (xx + yy + zz);
-    const Lanes<Real> xy = mu * (dot(R.x, A.y) + dot(R.y, A.x)),
-                      yz = mu * (dot(R.y, A.z) + dot(R.z, A.y)),
-                      zx = mu * (dot(R.z, A.x) + dot(R.x, A.z));
-    return {R * Vec3<Real>{2 * mu * xx + pressure, xy, zx},
-            R * Vec3<Real>{xy, 2 * mu * yy + pressure, yz},
-            R * Vec3<Real>{zx, yz, 2 * mu * zz + pressure}};
-}
-
-/// f_i += P g_i.
-template <class Real>
-void scatter_forces(const TetBatch<Real>& b, const Mat3<Real>& P, Real* f) {
-    const Mat3<Real> g = load_matrix<Real>(b.gradients);
-    const Vec3<Real> f1 = P * g.x, f2 = P * g.y, f3 = P * g.z;
-    scatter_add(-(f1 + f2 + f3), b.offset[0], f);
-    scatter_add(f1, b.offset[1], f);
-    scatter_add(f2, b.offset[2], f);
-    scatter_add(f3, b.offset[3], f);
-}
-
-template <class Mask>
-bool any(const Mask& mask) {
-    std::uint64_t words[4], some = 0;
-    std::memcpy(words, &mask, sizeof words);
-    for (const std::uint64_t w : words) some |= w;
-    return some;
-}
-
-template <class Real>
-struct FourOf {
-    using type [[gnu::vector_size(4 * sizeof(Real))]] = Real;
-};
-template <class Real>
-using Four = typename FourOf<Real>::type;
-template <class Real>
-Four<Real> load_four(const Real* p) {
-    Four<Real> x;
-    std::memcpy(&x, p, sizeof x);
-    return x;
-}
 
 template <class Real>
 std::array<std::int32_t, 4> nodes_of_lane(const TetBatch<Real>& b, int lane) {
@@ -235,41 +59,13 @@ void add_to(Real* p, const Lanes<Real>& x) {
     std::memcpy(p, &sum, sizeof sum);
 }
 
-/// Where lane l stands after `transpose`.
-template <class Real>
-constexpr int place(int l) {
-    return batch_width<Real> == 4 ? l : l % 4 * 2 + l / 4;
-}
-
-/// rows[place(l)] = {a.x, a.y, a.z, w} of lane l.
-template <class Real>
-void transpose(const Vec3<Real>& a, const Lanes<Real>& w, Real (&rows)[batch_width<Real>][4]) {
-    Lanes<Real> out[4];
-    if constexpr (batch_width<Real> == 4) {
-        const Lanes<Real> xy02 = __builtin_shufflevector(a.x, a.y, 0, 4, 2, 6),
-                          xy13 = __builtin_shufflevector(a.x, a.y, 1, 5, 3, 7),
-                          zw02 = __builtin_shufflevector(a.z, w, 0, 4, 2, 6),
-                          zw13 = __builtin_shufflevector(a.z, w, 1, 5, 3, 7);
-        out[0] = __builtin_shufflevector(xy02, zw02, 0, 1, 4, 5);
-        out[1] = __builtin_shufflevector(xy13, zw13, 0, 1, 4, 5);
-        out[2] = __builtin_shufflevector(xy02, zw02, 2, 3, 6, 7);
-        out[3] = __builtin_shufflevector(xy13, zw13, 2, 3, 6, 7);
-    } else {
-        const Lanes<Real> xy01 = __builtin_shufflevector(a.x, a.y, 0, 8, 1, 9, 4, 12, 5, 13),
-                          xy23 = __builtin_shufflevector(a.x, a.y, 2, 10, 3, 11, 6, 14, 7, 15),
-                          zw01 = __builtin_shufflevector(a.z, w, 0, 8, 1, 9, 4, 12, 5, 13),
-                          zw23 = __builtin_shufflevector(a.z, w, 2, 10, 3, 11, 6, 14, 7, 15);
-        out[0] = __builtin_shufflevector(xy01, zw01, 0, 1, 8, 9, 4, 5, 12, 13);
-        out[1] = __builtin_shufflevector(xy01, zw01, 2, 3, 10, 11, 6, 7, 14, 15);
-        out[2] = __builtin_shufflevector(xy23, zw23, 0, 1, 8, 9, 4, 5, 12, 13);
-        out[3] = __builtin_shufflevector(xy23, zw23, 2, 3, 10, 11, 6, 7, 14, 15);
-    }
-    std::memcpy(rows, out, sizeof rows);
-}
-
 }  // namespace
 
-BatchParts part_batches(std::span<const std::array<std::int32_t, 4>> tets, int parts, int width) {
+namespace {
+
+template <std::size_t nodes_a_tet>
+BatchParts part_lanes(std::span<const std::array<std::int32_t, nodes_a_tet>> tets, int parts,
+                      int width) {
     BatchParts result;
     const auto count = static_cast<double>(tets.size());
     std::vector<std::int32_t> nodes_of_tets;
@@ -312,19 +108,28 @@ BatchParts part_batches(std::span<const std::array<std::int32_t, 4>> tets, int p
     return result;
 }
 
-template <class Real>
-TetBatches<Real>::TetBatches(std::span<const TetElement> elements,
-                             std::span<const std::array<std::int32_t, 4>> tets)
+}  // namespace
+
+BatchParts part_batches(std::span<const std::array<std::int32_t, 4>> tets, int parts, int width) {
+    return part_lanes(tets, parts, width);
+}
+
+BatchParts part_batches(std::span<const std::array<std::int32_t, 10>> tets, int parts, int width) {
+    return part_lanes(tets, parts, width);
+}
+
+template <class Real, int nodes>
+TetBatches<Real, nodes>::TetBatches(std::span<const TetElement> elements,
+                                    std::span<const Nodes> tets)
     : TetBatches(elements, tets, part_batches(tets, 1, batch_width<Real>)) {}
 
-template <class Real>
-TetBatches<Real>::TetBatches(std::span<const TetElement> elements,
-                             std::span<const std::array<std::int32_t, 4>> tets,
-                             const BatchParts& parts)
+template <class Real, int nodes>
+TetBatches<Real, nodes>::TetBatches(std::span<const TetElement> elements,
+                                    std::span<const Nodes> tets, const BatchParts& parts)
     : tet_of_lane_(parts.tet_of_lane), batches_(tet_of_lane_.size() / batch_width<Real>) {
     std::int32_t last = 0;
     for (std::size_t k = 0; k < tet_of_lane_.size(); ++k) {
-        TetBatch<Real>& b = batches_[k / batch_width<Real>];
+        TetBatch<Real, nodes>& b = batches_[k / batch_width<Real>];
         const std::size_t lane = k % batch_width<Real>;
         const bool empty = tet_of_lane_[k] < 0;
         const std::int32_t e = empty ? last : tet_of_lane_[k];
@@ -334,60 +139,71 @@ TetBatches<Real>::TetBatches(std::span<const TetElement> elements,
             b.gradients[m][lane] = static_cast<Real>(elements[e].gradients(m % 3, 1 + m / 3));
         b.lambda[lane] = static_cast<Real>(volume * elements[e].lambda);
         b.mu[lane] = static_cast<Real>(volume * elements[e].mu);
-        for (int i = 0; i < 4; ++i) b.offset[i][lane] = 3 * tets[e][i];
+        for (int i = 0; i < nodes; ++i) b.offset[i][lane] = 3 * tets[e][i];
     }
 }
 
-template <class Real>
-std::vector<RotationBatch<Real>> TetBatches<Real>::make_fixed_rotations() {
+template <class Real, int nodes>
+std::vector<RotationBatch<Real>> TetBatches<Real, nodes>::make_fixed_rotations() {
     RotationBatch<Real> identity{};
     for (const int k : {0, 4, 8}) std::fill_n(identity.R[k], batch_width<Real>, Real(1));
     return {identity};
 }
 
-template <class Real>
-std::vector<RotationBatch<Real>> TetBatches<Real>::make_rotations() const {
-    return std::vector<RotationBatch<Real>>(batches_.size(), make_fixed_rotations().front());
+template <class Real, int nodes>
+std::vector<RotationBatch<Real>> TetBatches<Real, nodes>::make_rotations() const {
+    return std::vector<RotationBatch<Real>>(points * batches_.size(),
+                                            make_fixed_rotations().front());
 }
 
+namespace {
+
 template <class Real>
-void update_rotations(const TetBatches<Real>& batches, BatchRange range, std::span<const Real> u,
-                      std::span<RotationBatch<Real>> rotations) {
+void store_rotation(const Mat3<Real>& F, RotationBatch<Real>& rotation) {
     // The error after a step is about half the square of the step.
     constexpr Real small_enough = sizeof(Real) == 4 ? Real(1e-7) : Real(1e-14);
+    const Lanes<Real> n = dot(F, F), third = n * Real(1. / 3), det = dot(F.x, cross(F.y, F.z));
+    // rotation_of's det >= 0.1 at |F|^2 = 3, and a size at which no power of it over- or underflows.
+    const auto usual = det > 0 && det * det > Real(0.01) * third * third * third &&
+                       n > Real(1e-2) && n < Real(1e2);
+    Mat3<Real> R = F;
+    auto moving = usual;
+    for (int step = 0; step < 12 && any(moving); ++step) {
+        const Mat3<Real> c = cofactor(R);
+        const Lanes<Real> half = all_lanes(Real(0.5)), s = half / dot(R.x, c.x);
+        const Mat3<Real> next{half * R.x + s * c.x, half * R.y + s * c.y, half * R.z + s * c.z};
+        const Mat3<Real> change = next - R;
+        R = next;
+        moving = usual && dot(change, change) > small_enough;
+    }
+    store_matrix(R, rotation.R);
+    const auto left = !usual || moving;
+    if (!any(left)) return;
+    Real whole[9][batch_width<Real>];
+    store_matrix(F, whole);
+    for (int l = 0; l < batch_width<Real>; ++l) {
+        if (!left[l]) continue;
+        Eigen::Matrix3d one;
+        for (int m = 0; m < 9; ++m) one(m % 3, m / 3) = whole[m][l];
+        one = rotation_of(one);
+        for (int m = 0; m < 9; ++m) rotation.R[m][l] = static_cast<Real>(one(m % 3, m / 3));
+    }
+}
+
+}  // namespace
+
+template <class Real, int nodes>
+void update_rotations(const TetBatches<Real, nodes>& batches, BatchRange range,
+                      std::span<const Real> u, std::span<RotationBatch<Real>> rotations) {
+    constexpr int points = TetBatches<Real, nodes>::points;
     for (std::size_t k = range.begin; k < range.end; ++k) {
-        const Mat3<Real> F = plus_identity(gradient_of(batches[k], u.data()));
-        const Lanes<Real> n = dot(F, F), third = n * Real(1. / 3), det = dot(F.x, cross(F.y, F.z));
-        // rotation_of's det >= 0.1 at |F|^2 = 3, and a size at which no power of it over- or
-        // underflows.
-        const auto usual = det > 0 && det * det > Real(0.01) * third * third * third &&
-                           n > Real(1e-2) && n < Real(1e2);
-        Mat3<Real> R = F;
-        auto moving = usual;
-        for (int step = 0; step < 12 && any(moving); ++step) {
-            const Mat3<Real> c = cofactor(R);
-            const Lanes<Real> half = all_lanes(Real(0.5)), s = half / dot(R.x, c.x);
-            const Mat3<Real> next{half * R.x + s * c.x, half * R.y + s * c.y, half * R.z + s * c.z};
-            const Mat3<Real> change = next - R;
-            R = next;
-            moving = usual && dot(change, change) > small_enough;
+        const PointGradients<Real, nodes> H(batches[k], u.data());
+        if (rotations.size() == batches.all().end) {
+            store_rotation(plus_identity(H.centre()), rotations[k]);
+            continue;
         }
-        store3<Real>(R.x, rotations[k].R);
-        store3<Real>(R.y, rotations[k].R + 3);
-        store3<Real>(R.z, rotations[k].R + 6);
-        const auto left = !usual || moving;
-        if (!any(left)) continue;
-        Real whole[9][batch_width<Real>];
-        store3<Real>(F.x, whole);
-        store3<Real>(F.y, whole + 3);
-        store3<Real>(F.z, whole + 6);
-        for (int l = 0; l < batch_width<Real>; ++l) {
-            if (!left[l]) continue;
-            Eigen::Matrix3d one;
-            for (int m = 0; m < 9; ++m) one(m % 3, m / 3) = whole[m][l];
-            one = rotation_of(one);
-            for (int m = 0; m < 9; ++m) rotations[k].R[m][l] = static_cast<Real>(one(m % 3, m / 3));
-        }
+        for (int q = 0; q < points; ++q)
+            store_rotation(plus_identity(H.at(q)), rotations[points * k + q]);
     }
 }
 
@@ -398,9 +214,11 @@ void add_forces(const TetBatches<Real>& batches, BatchRange range,
     for (std::size_t k = range.begin; k < range.end; ++k) {
         const TetBatch<Real>& b = batches[k];
         const Mat3<Real> F = plus_identity(gradient_of(b, u.data()));
-        scatter_forces(b,
-                       stress(b, load_matrix<Real>(rotation_of_batch(rotations, k).R), F, Real(1)),
-                       f.data());
+        scatter_forces(
+            b,
+            hooke_stress(load<Real>(b.lambda), load<Real>(b.mu),
+                         load_matrix<Real>(rotation_of_batch(rotations, k).R), F, Real(1)),
+            f.data());
     }
 }
 
@@ -413,8 +231,9 @@ void add_stiffness_times(Real factor, const TetBatches<Real>& batches, BatchRang
         const TetBatch<Real>& b = batches[k];
         const Mat3<Real> H = gradient_of(b, v.data());
         scatter_forces(b,
-                       stress(b, load_matrix<Real>(rotation_of_batch(rotations, k).R),
-                              {s * H.x, s * H.y, s * H.z}, Real(0)),
+                       hooke_stress(load<Real>(b.lambda), load<Real>(b.mu),
+                                    load_matrix<Real>(rotation_of_batch(rotations, k).R),
+                                    {s * H.x, s * H.y, s * H.z}, Real(0)),
                        f.data());
     }
 }
@@ -608,7 +427,7 @@ void rotate_gradients(const TetBatches<float>& batches, BatchRange range,
 
 #define LIVETET_INSTANTIATE(Real)                                                                  \
     template class TetBatches<Real>;                                                               \
-    template void update_rotations(const TetBatches<Real>&, BatchRange, std::span<const Real>,     \
+    template void update_rotations(const TetBatches<Real, 4>&, BatchRange, std::span<const Real>,  \
                                    std::span<RotationBatch<Real>>);                                \
     template void add_forces(const TetBatches<Real>&, BatchRange,                                  \
                              std::span<const RotationBatch<Real>>, std::span<const Real>,          \
@@ -622,5 +441,9 @@ void rotate_gradients(const TetBatches<float>& batches, BatchRange range,
 LIVETET_INSTANTIATE(float)
 LIVETET_INSTANTIATE(double)
 #undef LIVETET_INSTANTIATE
+
+template class TetBatches<float, 10>;
+template void update_rotations(const TetBatches<float, 10>&, BatchRange, std::span<const float>,
+                               std::span<RotationBatch<float>>);
 
 }  // namespace livetet

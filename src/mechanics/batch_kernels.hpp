@@ -12,7 +12,8 @@
 /// The kernels of the corotated P1 tet for many tets at once, a tet in each lane of a vector
 /// register; `Real` is float or double. All are pure, allocate nothing, and run over a range of
 /// batches: ranges whose tets share no node (add_*) or no block (assemble) may run at once. Vectors
-/// of nodes hold 3 numbers a node, x y z.
+/// of nodes hold 3 numbers a node, x y z; those of floats one number behind the last node's, which
+/// is read but not used. batch_law.hpp has the kernels of other laws, and of tets of ten nodes.
 namespace livetet {
 
 /// Tets in a batch: one AVX register's worth, whatever the compiler's flags, so that every file
@@ -20,18 +21,19 @@ namespace livetet {
 template <class Real>
 inline constexpr int batch_width = 32 / sizeof(Real);
 
-/// What the kernels read of `batch_width` tets; `[..][lane]`.
-template <class Real>
+/// What the kernels read of `batch_width` tets of 4 or 10 nodes; `[..][lane]`.
+template <class Real, int nodes = 4>
 struct alignas(32) TetBatch {
     Real gradients[9][batch_width<Real>];  ///< row 3 i + a: component a of g_{i+1}, 1/m; g_0 = -
                                            ///< g_1 - g_2 - g_3
     Real lambda[batch_width<Real>];        ///< volume times lambda, N m
     Real mu[batch_width<Real>];            ///< volume times mu, N m
-    std::int32_t
-        offset[4][batch_width<Real>];  ///< 3 * node: where corner i stands in a vector of nodes
+    std::int32_t offset[nodes][batch_width<Real>];  ///< 3 * node: where node i of the tet, corners
+                                                    ///< first, stands in a vector of nodes
 };
 
-/// A rotation for each tet of a batch; row 3 b + a: R(a, b).
+/// A rotation for each tet of a batch; row 3 b + a: R(a, b). Tets of ten nodes have one batch of
+/// rotations for each quadrature point, one behind the other.
 template <class Real>
 struct alignas(32) RotationBatch {
     Real R[9][batch_width<Real>];
@@ -53,32 +55,36 @@ struct BatchParts {
 /// Consecutive tets to each of `parts` parts, about as many to each, in batches of `width`. Little
 /// is shared where tets that are near in space are near in number (renumber_for_locality).
 BatchParts part_batches(std::span<const std::array<std::int32_t, 4>> tets, int parts, int width);
+BatchParts part_batches(std::span<const std::array<std::int32_t, 10>> tets, int parts, int width);
 
 /// The tets of a mesh in batches. Empty lanes hold copies of a tet that have no volume: their
 /// forces and stiffness are zero.
-template <class Real>
+template <class Real, int nodes = 4>
 class TetBatches {
   public:
-    /// `tets[e]`: the corners of `elements[e]`. One after the other, or as `parts` says.
-    TetBatches(std::span<const TetElement> elements,
-               std::span<const std::array<std::int32_t, 4>> tets);
-    TetBatches(std::span<const TetElement> elements,
-               std::span<const std::array<std::int32_t, 4>> tets, const BatchParts& parts);
+    using Nodes = std::array<std::int32_t, nodes>;
+    /// Quadrature points of a tet.
+    static constexpr int points = nodes == 10 ? 4 : 1;
+
+    /// `tets[e]`: the nodes of `elements[e]`. One after the other, or as `parts` says.
+    TetBatches(std::span<const TetElement> elements, std::span<const Nodes> tets);
+    TetBatches(std::span<const TetElement> elements, std::span<const Nodes> tets,
+               const BatchParts& parts);
 
     /// The tet in a lane, or -1.
     std::int32_t tet_at(std::size_t batch, std::size_t lane) const {
         return tet_of_lane_[batch * batch_width<Real> + lane];
     }
     BatchRange all() const { return {0, batches_.size()}; }
-    const TetBatch<Real>& operator[](std::size_t batch) const { return batches_[batch]; }
-    /// A rotation store filled with identities: one for each batch.
+    const TetBatch<Real, nodes>& operator[](std::size_t batch) const { return batches_[batch]; }
+    /// A rotation store filled with identities: one for each point of each batch.
     std::vector<RotationBatch<Real>> make_rotations() const;
     /// The same where no tet turns: one identity for all batches.
     static std::vector<RotationBatch<Real>> make_fixed_rotations();
 
   private:
     std::vector<std::int32_t> tet_of_lane_;
-    std::vector<TetBatch<Real>> batches_;
+    std::vector<TetBatch<Real, nodes>> batches_;
 };
 
 /// Rotations of a batch; a store of size one serves all batches.
@@ -88,12 +94,13 @@ const RotationBatch<Real>& rotation_of_batch(std::span<const RotationBatch<Real>
     return rotations[rotations.size() == 1 ? 0 : batch];
 }
 
-/// R = rotation_of(F), F = I + grad u, of each tet; u in metres. By Newton's iteration in all lanes
+/// R = rotation_of(F), F = I + grad u, of each point of each tet, or at the centre of each tet where
+/// there is one batch of rotations for a batch of tets; u in metres. By Newton's iteration in all lanes
 /// (Higham 1986, as in rotation.cpp); tets that are flat, inverted, non-finite or stretched out of
 /// all proportion go through rotation_of one by one.
-template <class Real>
-void update_rotations(const TetBatches<Real>& batches, BatchRange range, std::span<const Real> u,
-                      std::span<RotationBatch<Real>> rotations);
+template <class Real, int nodes>
+void update_rotations(const TetBatches<Real, nodes>& batches, BatchRange range,
+                      std::span<const Real> u, std::span<RotationBatch<Real>> rotations);
 
 /// f_i += V P g_i, R fixed: P = R (2 mu eps + lambda tr(eps) I),
 /// eps = sym(R^T F) - I. u in m, f in N.
@@ -108,13 +115,14 @@ void add_stiffness_times(Real factor, const TetBatches<Real>& batches, BatchRang
                          std::span<const RotationBatch<Real>> rotations, std::span<const Real> v,
                          std::span<Real> f);
 
-/// Rotation of one lane.
+/// Rotation of one lane at a quadrature point.
 template <class Real>
-Eigen::Matrix3d rotation_at(std::span<const RotationBatch<Real>> rotations, std::size_t lane) {
+Eigen::Matrix3d rotation_at(std::span<const RotationBatch<Real>> rotations, std::size_t lane,
+                            int point = 0, int points = 1) {
+    const std::size_t batch = lane / batch_width<Real> * points + point;
     Eigen::Matrix3d R;
     for (int k = 0; k < 9; ++k)
-        R.data()[k] =
-            rotation_of_batch(rotations, lane / batch_width<Real>).R[k][lane % batch_width<Real>];
+        R.data()[k] = rotation_of_batch(rotations, batch).R[k][lane % batch_width<Real>];
     return R;
 }
 

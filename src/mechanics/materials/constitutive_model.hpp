@@ -9,6 +9,8 @@
 
 namespace livetet {
 
+class BatchLaw;
+
 using Matrix9 = Eigen::Matrix<double, 9, 9>;
 
 /// Which derivative of the stress an operator is made of. `frozen_rotation`: R K R^T, always
@@ -59,6 +61,11 @@ class ConstitutiveModel {
     /// over batches of tets compute (batch_kernels.hpp), and the blocks of
     /// Tangent::frozen_rotation.
     virtual bool is_hooke_by_rotation() const { return false; }
+
+    /// The same model over batches of tets, for live frames; null: none is written, and a live
+    /// frame calls the functions below for one tet after the other, which takes about ten times as
+    /// long. For models that have no parameters but lambda and mu.
+    virtual const BatchLaw* batch_law() const { return nullptr; }
 
     /// Whether it is Hooke's law of lambda and mu at small strain.
     virtual bool is_isotropic() const { return true; }

@@ -1,9 +1,46 @@
 #include "mechanics/materials/green.hpp"
 
+#include "mechanics/lane_law.hpp"
 #include "mechanics/materials/isotropic_tangent.hpp"
 #include "mechanics/materials/kinematics.hpp"
 
 namespace livetet {
+
+namespace {
+
+/// With C = F^T F - I and S = mu C + lambda / 2 tr(C) I,
+///     P = F S,   dP = F dS + dF S.
+struct GreenInLanes {
+    static constexpr bool rotates = false;
+    using Number = lanes::Lanes<float>;
+    using Matrix = lanes::Mat3<float>;
+
+    static Matrix stress(const Number& lambda, const Number& mu, const Matrix& H, const Matrix&) {
+        return lanes::plus_identity(H) * second_stress(lambda, mu, twice_strain(H));
+    }
+    static Matrix increment(const Number& lambda, const Number& mu, const Matrix& H, const Matrix&,
+                            const Matrix& dF) {
+        const Matrix F = lanes::plus_identity(H), FdF = lanes::transposed(F) * dF;
+        return F * second_stress(lambda, mu, FdF + lanes::transposed(FdF)) +
+               dF * second_stress(lambda, mu, twice_strain(H));
+    }
+
+  private:
+    static Matrix twice_strain(const Matrix& H) {
+        const Matrix T = lanes::transposed(H);
+        return H + T + T * H;
+    }
+    static Matrix second_stress(const Number& lambda, const Number& mu, const Matrix& C) {
+        return lanes::plus_diagonal(mu * C, 0.5F * lambda * lanes::trace(C));
+    }
+};
+
+}  // namespace
+
+const BatchLaw* Green::batch_law() const {
+    static const LaneLaw<GreenInLanes> law;
+    return &law;
+}
 
 ConstitutiveModel::Names Green::names() const {
     return {"green", "Green",

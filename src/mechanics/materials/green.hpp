@@ -17,6 +17,7 @@ class Green final : public ConstitutiveModel {
     bool resists_collapse() const override { return false; }
     bool recovers_from_inversion(bool) const override { return false; }
 
+    const BatchLaw* batch_law() const override;
     double shear_energy(double mu, const Matrix3& H, const Matrix3& R) const override;
     Matrix3 shear_stress(double mu, const Matrix3& H, const Matrix3& R) const override;
     Matrix3 shear_stress_increment(double mu, double p, const Matrix3& H, const Matrix3& R,

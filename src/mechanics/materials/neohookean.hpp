@@ -16,6 +16,7 @@ class NeoHookean final : public ConstitutiveModel {
         return std::make_unique<NeoHookean>(*this);
     }
 
+    const BatchLaw* batch_law() const override;
     double shear_energy(double mu, const Matrix3& H, const Matrix3& R) const override;
     Matrix3 shear_stress(double mu, const Matrix3& H, const Matrix3& R) const override;
     Matrix3 shear_stress_increment(double mu, double p, const Matrix3& H, const Matrix3& R,

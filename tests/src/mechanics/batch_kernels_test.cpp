@@ -88,7 +88,12 @@ class BatchKernels : public testing::Test {
   public:
     static constexpr double eps = std::is_same_v<Real, float> ? 1e-6 : 1e-12;
 
-    static std::vector<Real> cast(const std::vector<double>& v) { return {v.begin(), v.end()}; }
+    /// With one number behind the last, as kernels of floats read.
+    static std::vector<Real> cast(const std::vector<double>& v) {
+        std::vector<Real> values(v.begin(), v.end());
+        values.push_back(0);
+        return values;
+    }
     static Matrix3d rotation(const TetBatches<Real>& batches,
                              const std::vector<RotationBatch<Real>>& r, std::size_t e) {
         std::size_t k = 0;

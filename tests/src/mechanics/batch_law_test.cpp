@@ -1,0 +1,155 @@
+// Constitutive models over batches of tets with four and ten nodes, against the same models point
+// by point in double precision.
+
+#include "mechanics/batch_law.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <random>
+
+#include "mechanics/materials/kinematics.hpp"
+#include "mechanics/materials/registry.hpp"
+#include "mechanics/rotation.hpp"
+#include "mechanics/tet_kernels.hpp"
+#include "mesh/quadratic.hpp"
+#include "support/shapes.hpp"
+
+namespace livetet {
+namespace {
+
+using Eigen::Matrix3d;
+
+/// A block of tets of `nodes` nodes with moduli of their own, bent and pressed at random.
+template <int nodes>
+struct BentBlock {
+    TetMesh mesh = nodes == 10 ? quadratic_mesh(test::block({3, 3, 2}, {1, 1.2, 0.7}))
+                               : test::block({3, 3, 2}, {1, 1.2, 0.7});
+    std::vector<TetElement> elements;
+    std::vector<std::array<std::int32_t, nodes>> tets;
+    std::vector<float> u, v;  ///< displacement and direction, one number behind
+
+    explicit BentBlock(double size) {
+        std::mt19937 generator(3);
+        std::normal_distribution<double> normal;
+        for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
+            const Tet& t = mesh.tets[e];
+            elements.push_back(make_element(
+                {mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]},
+                5 + std::abs(normal(generator)), 1 + std::abs(normal(generator))));
+            std::copy_n(t.begin(), 4, tets.emplace_back().begin());
+            for (int i = 4; i < nodes; ++i) tets.back()[i] = mesh.edge_nodes[e][i - 4];
+        }
+        for (const Vector3& x : mesh.nodes)
+            for (const double bent : {x.y() * x.z(), -x.x() * x.y(), x.x() * x.x()}) {
+                u.push_back(static_cast<float>(size * (bent + 0.03 * normal(generator))));
+                v.push_back(static_cast<float>(normal(generator)));
+            }
+        u.push_back(0);
+        v.push_back(0);
+    }
+    Eigen::Matrix<double, 3, nodes> at(std::size_t e, const std::vector<float>& values) const {
+        Eigen::Matrix<double, 3, nodes> all;
+        for (int i = 0; i < nodes; ++i)
+            for (int a = 0; a < 3; ++a) all(a, i) = values[3 * tets[e][i] + a];
+        return all;
+    }
+    /// f += factor * sum over points of w stress(element, H, dF) grad N.
+    template <class Stress>
+    std::vector<double> sum(double factor, Stress&& stress) const {
+        using Shape = TetShape<nodes>;
+        std::vector<double> f(u.size(), 0.0);
+        for (std::size_t e = 0; e < tets.size(); ++e)
+            for (int q = 0; q < Shape::points; ++q) {
+                const auto g = Shape::gradients(elements[e], q);
+                const Matrix3d H = at(e, u) * g.transpose(), dF = at(e, v) * g.transpose();
+                const auto nodal =
+                    (factor * elements[e].volume / Shape::points * stress(elements[e], H, dF) * g)
+                        .eval();
+                for (int i = 0; i < nodes; ++i)
+                    for (int a = 0; a < 3; ++a) f[3 * tets[e][i] + a] += nodal(a, i);
+            }
+        return f;
+    }
+};
+
+Matrix3d rotation_in(const ConstitutiveModel& model, const Matrix3d& H) {
+    return model.kinematics() == Kinematics::corotated ? rotation_of(deformation_gradient(H))
+                                                       : Matrix3d::Identity();
+}
+
+void expect_near(const std::vector<float>& got, const std::vector<double>& expected,
+                 const std::string& what) {
+    double largest = 0;
+    for (const double x : expected) largest = std::max(largest, std::abs(x));
+    for (std::size_t k = 0; k < got.size(); ++k)
+        ASSERT_NEAR(got[k], expected[k], 5e-6 * largest + 3e-7) << what << ' ' << k;
+}
+
+/// `law` on the block in two parts against `model`, strained by about `size`.
+template <int nodes>
+void compare(const ConstitutiveModel& model, const BatchLaw& law, double size) {
+    const BentBlock<nodes> block(size);
+    const TetBatches<float, nodes> batches(block.elements, block.tets,
+                                           part_batches(block.tets, 2, batch_width<float>));
+    std::vector<RotationBatch<float>> rotations(batches.points * batches.all().end);
+    if (model.kinematics() == Kinematics::corotated)
+        update_rotations(batches, batches.all(), std::span<const float>(block.u),
+                         std::span(rotations));
+    else
+        rotations = TetBatches<float>::make_fixed_rotations();
+    const std::string what(model.name());
+    std::vector<float> f(block.u.size(), 0.0F);
+    law.add_forces(batches, batches.all(), rotations, block.u, f);
+    expect_near(f,
+                block.sum(1,
+                          [&](const TetElement& e, const Matrix3d& H, const Matrix3d&) {
+                              const Matrix3d R = rotation_in(model, H);
+                              return model.stress(e.mu, e.lambda * model.volume_strain(H, R), H, R);
+                          }),
+                what + ", forces");
+    f.assign(f.size(), 0.0F);
+    law.add_stiffness_times(-0.3F, batches, batches.all(), rotations, block.u, block.v, f);
+    const auto increment = [&](const TetElement& e, const Matrix3d& H,
+                               const Matrix3d& dF) -> Matrix3d {
+        const Matrix3d R = rotation_in(model, H), N = model.volume_strain_gradient(H, R);
+        return model.shear_stress_increment(e.mu, e.lambda * model.volume_strain(H, R), H, R, dF) +
+               e.lambda * N.cwiseProduct(dF).sum() * N;
+    };
+    expect_near(f, block.sum(-0.3, increment), what + ", products");
+}
+
+TEST(BatchLaw, ForcesAndProductsAreThoseOfTheModels) {
+    for (const ConstitutiveModel* model : registered_materials()) {
+        const BatchLaw* law = model->is_hooke_by_rotation() ? &hooke_law() : model->batch_law();
+        if (!law) continue;
+        for (const double size : {1e-3, 0.3}) {
+            compare<4>(*model, *law, size);
+            compare<10>(*model, *law, size);
+        }
+    }
+}
+
+TEST(BatchLaw, OneRotationATetIsTakenAtItsCentreAndServesAllItsPoints) {
+    const BentBlock<10> block(0.3);
+    const TetBatches<float, 10> batches(block.elements, block.tets);
+    std::vector<RotationBatch<float>> one(batches.all().end);
+    update_rotations(batches, batches.all(), std::span<const float>(block.u), std::span(one));
+    Eigen::Vector4d centre = Eigen::Vector4d::Constant(0.25);
+    for (std::size_t lane = 0; lane < block.tets.size(); ++lane) {
+        const std::int32_t e = batches.tet_at(lane / 8, lane % 8);
+        if (e < 0) continue;
+        const auto g = TetShape<10>::gradients_at(block.elements[e], centre);
+        const Matrix3d R = rotation_of(deformation_gradient(block.at(e, block.u) * g.transpose()));
+        ASSERT_LT((rotation_at<float>(one, lane) - R).norm(), 1e-5) << e;
+    }
+    std::vector<RotationBatch<float>> all;
+    for (const RotationBatch<float>& r : one) all.insert(all.end(), 4, r);
+    std::vector<float> f(block.u.size(), 0.0F), g(f);
+    hooke_law().add_stiffness_times(1, batches, batches.all(), one, block.u, block.v, f);
+    hooke_law().add_stiffness_times(1, batches, batches.all(), all, block.u, block.v, g);
+    EXPECT_EQ(f, g);
+}
+
+}  // namespace
+}  // namespace livetet
