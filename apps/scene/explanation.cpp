@@ -126,7 +126,11 @@ std::vector<ExplainedPart> explain_parts(const Scene& scene, std::size_t tets, s
         e.leaves_out("pressures", locking_note(scene, use_of(scene))
                                       .value_or(scene.track ? "`track`, and no poisson >= 0.49"
                                                             : formulation.reason));
-    if (!has_corotated(scene.materials, scene.strain))
+    const bool turns_preconditioner =
+        kind == SolverKind::live && !is_small_strain(scene.materials, scene.strain);
+    if (!has_corotated(scene.materials, scene.strain) && turns_preconditioner)
+        e.uses("rotations", "one for each tetrahedron: the preconditioner turns with it");
+    else if (!has_corotated(scene.materials, scene.strain))
         e.leaves_out("rotations", "no material is corotated");
     else
         e.uses("rotations",

@@ -6,6 +6,7 @@
 #include "mechanics/rotation.hpp"
 #include "solvers/assembly/batch_support.hpp"
 #include "solvers/assembly/level_assembler_points.hpp"
+#include "solvers/assembly/pointwise_law.hpp"
 
 namespace livetet {
 
@@ -47,7 +48,7 @@ LevelAssembler::LevelAssembler(const TetMesh& mesh, PartitionedMesh share,
     if (const auto* layout = std::get_if<MatrixLayout>(&storage)) {
         if (is_batched()) make_double_batches();
         matrix_.emplace(share_, *layout);
-    } else if (is_batched()) {
+    } else {
         make_single_batches();
     }
 }
@@ -126,11 +127,40 @@ void LevelAssembler::make_double_batches() {
         number_lanes();
 }
 
+const BatchLaw* LevelAssembler::shared_law() const {
+    const ConstitutiveModel& first = *moduli_.front().model;
+    for (const Moduli& m : moduli_)
+        if (m.model->name() != first.name()) return nullptr;
+    return first.is_hooke_by_rotation() ? &hooke_law() : first.batch_law();
+}
+
 void LevelAssembler::make_single_batches() {
-    parts_ = part_batches(share_.tets, team_.size(), batch_width<float>);
     const std::vector<float> zeros(3 * share_.nodes.size() + 1);
-    single_ = std::make_unique<SinglePrecisionBatches>(
-        TetBatches<float>(elements(), share_.tets, parts_), zeros, zeros);
+    const BatchLaw* law = shared_law();
+    std::unique_ptr<const BatchLaw> own;
+    if (!law) {
+        std::vector<PointwiseLaw::Moduli> moduli;
+        for (const Moduli& m : moduli_) moduli.push_back({m.lambda, m.mu, m.model});
+        own = std::make_unique<PointwiseLaw>(std::move(moduli), moduli_of_tet_);
+        law = own.get();
+    }
+    const auto make = [&](const auto& nodes) {
+        constexpr int count = std::tuple_size_v<std::remove_cvref_t<decltype(nodes[0])>>;
+        parts_ = part_batches(nodes, team_.size(), batch_width<float>);
+        single_ = std::make_unique<SinglePrecisionBatches>(
+            TetBatches<float, count>(elements(), nodes, parts_), *law, std::move(own), zeros,
+            zeros);
+    };
+    // The preconditioner's operator is Hooke's law turned by the rotations, whatever the law.
+    rotates_ = !is_linear_;
+    if (share_.edge_nodes.empty()) {
+        make(share_.tets);
+    } else {
+        std::vector<std::array<std::int32_t, 10>> nodes(share_.tets.size());
+        for (std::size_t e = 0; e < nodes.size(); ++e)
+            for (int i = 0; i < 10; ++i) nodes[e][i] = share_.node(e, i);
+        make(nodes);
+    }
     number_lanes();
 }
 
@@ -156,9 +186,15 @@ void LevelAssembler::set_springs(std::span<const double> stiffness) {
 ElementRotations LevelAssembler::make_rotations() const {
     ElementRotations rotations;
     if (single_) {
-        rotations.single = rotates_ ? single_->batches.make_rotations()
-                                    : TetBatches<float>::make_fixed_rotations();
-        if (rotates_) rotations.single_u.assign(3 * share_.nodes.size() + 1, 0.0F);
+        rotations.single = TetBatches<float>::make_fixed_rotations();
+        if (!rotates_) return rotations;
+        // Of each point where they belong to the law, else of each tet.
+        rotations.single.assign(
+            has_frozen_force()
+                ? std::visit([](const auto& b) { return b.points * b.all().end; }, single_->batches)
+                : single_->batch_count(),
+            rotations.single.front());
+        rotations.single_u.assign(3 * share_.nodes.size() + 1, 0.0F);
     } else if (batches_) {
         rotations.batches =
             rotates_ ? batches_->make_rotations() : TetBatches<double>::make_fixed_rotations();
@@ -204,10 +240,15 @@ void LevelAssembler::update_rotations(Vec u, ElementRotations& rotations) const 
 
 void LevelAssembler::update_single_rotations(ElementRotations& rotations) const {
     if (!rotates_) return;
-    team_.run_pieces(single_->batches.all().end, 75, [&](std::size_t begin, std::size_t end) {
-        livetet::update_rotations<float>(single_->batches, {begin, end}, rotations.single_u,
-                                         rotations.single);
-    });
+    std::visit(
+        [&](const auto& batches) {
+            team_.run_pieces(batches.all().end, 75, [&](std::size_t begin, std::size_t end) {
+                livetet::update_rotations(batches, {begin, end},
+                                          std::span<const float>(rotations.single_u),
+                                          std::span(rotations.single));
+            });
+        },
+        single_->batches);
 }
 
 void LevelAssembler::add_stiffness(BlockMatrix::Filling& matrix, const Configuration& at,
@@ -266,32 +307,30 @@ void LevelAssembler::assemble(const Configuration& at, const OperatorTerms& term
     matrix.finish();
 }
 
-template <class Kernel>
-void LevelAssembler::add_by_batches(const ElementRotations& rotations, Vec v, Vec f,
-                                    Kernel&& kernel) const {
-    const LocalValues values(v);
-    LocalForces forces(f);
-    const auto from = all_of(values, share_);
-    const auto to = forces.span(share_);
-    if (!single_) {
-        over_batches([&](BatchRange range) {
-            kernel(*batches_, range, std::span<const RotationBatch<double>>(rotations.batches),
-                   from, to);
-        });
-        return;
-    }
+template <class Add>
+void LevelAssembler::add_in_single(std::span<const double> from, std::span<double> to,
+                                   Add&& add) const {
     SinglePrecisionBatches& single = *single_;
     team_.run_pieces(to.size(), 1000, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
             single.values[i] = static_cast<float>(from[i]), single.forces[i] = 0;
     });
-    over_batches([&](BatchRange range) {
-        kernel(single.batches, range, std::span<const RotationBatch<float>>(rotations.single),
-               std::span<const float>(single.values), std::span<float>(single.forces));
-    });
+    add(std::span<const float>(single.values), std::span<float>(single.forces));
     team_.run_pieces(to.size(), 1000, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) to[i] += single.forces[i];
     });
+}
+
+void LevelAssembler::add_single_products(float factor, Tangent tangent, const ElementRotations& at,
+                                         std::span<const float> v, std::span<float> f) const {
+    const BatchLaw& law = tangent == Tangent::exact ? single_->law : hooke_law();
+    std::visit(
+        [&](const auto& batches) {
+            over_batches([&](BatchRange range) {
+                law.add_stiffness_times(factor, batches, range, at.single, at.single_u, v, f);
+            });
+        },
+        single_->batches);
 }
 
 double LevelAssembler::force_epsilon() const {
@@ -308,18 +347,42 @@ void LevelAssembler::frozen_force(Vec y, const ElementRotations& rotations, Vec 
                       to.begin() + static_cast<std::ptrdiff_t>(end), 0.0);
         });
     }
-    add_by_batches(rotations, y, f,
-                   [&]<class Real>(const TetBatches<Real>& batches, BatchRange range,
-                                   auto rotations, std::span<const Real> at, std::span<Real> to) {
-                       if (is_linear_)
-                           livetet::add_stiffness_times<Real>(1, batches, range, rotations, at, to);
-                       else
-                           livetet::add_forces<Real>(batches, range, rotations, at, to);
-                   });
+    const LocalValues values(y);
+    LocalForces forces(f);
+    const auto from = all_of(values, share_);
+    const auto to = forces.span(share_);
+    if (single_) {
+        add_in_single(from, to, [&](std::span<const float> u, std::span<float> added) {
+            add_single_forces(rotations, u, added);
+        });
+        return;
+    }
+    over_batches([&](BatchRange range) {
+        const std::span<const RotationBatch<double>> R(rotations.batches);
+        if (is_linear_)
+            livetet::add_stiffness_times<double>(1, *batches_, range, R, from, to);
+        else
+            livetet::add_forces<double>(*batches_, range, R, from, to);
+    });
+}
+
+void LevelAssembler::add_single_forces(const ElementRotations& rotations, std::span<const float> u,
+                                       std::span<float> f) const {
+    if (is_linear_) {
+        add_single_products(1, Tangent::exact, rotations, u, f);
+        return;
+    }
+    std::visit(
+        [&](const auto& batches) {
+            over_batches([&](BatchRange range) {
+                single_->law.add_forces(batches, range, rotations.single, u, f);
+            });
+        },
+        single_->batches);
 }
 
 void LevelAssembler::elastic_force(const Configuration& at, Vec f) const {
-    if (has_frozen_force()) {
+    if (batches_ || single_) {
         frozen_force(at.u, *at.rotations, f);
         return;
     }
@@ -338,13 +401,21 @@ void LevelAssembler::elastic_force(const Configuration& at, Vec f) const {
 
 void LevelAssembler::add_stiffness_times(double factor, const Configuration& at, Vec v,
                                          Vec f) const {
-    if (has_frozen_force()) {
-        add_by_batches(
-            *at.rotations, v, f,
-            [&]<class Real>(const TetBatches<Real>& batches, BatchRange range, auto rotations,
-                            std::span<const Real> direction, std::span<Real> to) {
-                livetet::add_stiffness_times<Real>(static_cast<Real>(factor), batches, range,
-                                                   rotations, direction, to);
+    if (batches_ || single_) {
+        const LocalValues direction(v);
+        LocalForces forces(f);
+        const auto from = all_of(direction, share_);
+        const auto to = forces.span(share_);
+        if (single_)
+            add_in_single(from, to, [&](std::span<const float> of, std::span<float> added) {
+                add_single_products(static_cast<float>(factor), Tangent::exact, *at.rotations, of,
+                                    added);
+            });
+        else
+            over_batches([&](BatchRange range) {
+                livetet::add_stiffness_times<double>(
+                    factor, *batches_, range,
+                    std::span<const RotationBatch<double>>(at.rotations->batches), from, to);
             });
         return;
     }

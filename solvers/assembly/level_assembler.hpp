@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/thread_team.hpp"
-#include "mechanics/batch_kernels.hpp"
+#include "mechanics/batch_law.hpp"
 #include "mechanics/material.hpp"
 #include "solvers/assembly/block_matrix.hpp"
 #include "solvers/assembly/configuration.hpp"
@@ -25,12 +25,19 @@ struct TetFields {
     double strain_energy_J_per_m3 = 0;
 };
 
-/// The tets of a level that keeps no matrix, in single precision, and room for what its kernels
-/// read and add to. Relative to force_at_unit_strain(), forces are accurate to about 1e-7: rounding
-/// u to float moves an equilibrium by no more than that rounding.
+/// The tets of a level that keeps no matrix, in single precision, their law, and room for what its
+/// kernels read and add to. Relative to force_at_unit_strain(), forces are accurate to about 1e-7:
+/// rounding u to float moves an equilibrium by no more than that rounding.
 struct SinglePrecisionBatches {
-    TetBatches<float> batches;
+    std::variant<TetBatches<float>, TetBatches<float, 10>> batches;
+    const BatchLaw& law;
+    std::unique_ptr<const BatchLaw> own_law;  ///< where no model has written it
     std::vector<float> values, forces;  ///< three numbers a local node, one number behind the last
+
+    const TetBatches<float>& four_nodes() const { return std::get<0>(batches); }
+    std::size_t batch_count() const {
+        return std::visit([](const auto& b) { return b.all().end; }, batches);
+    }
 };
 
 /// What a level keeps to be computed with: a matrix of that layout, and whatever its forces need in
@@ -63,7 +70,8 @@ class LevelAssembler {
     const PartitionedMesh& share() const { return share_; }
     /// Whether all models are of small strain: forces and operators are linear in u.
     bool is_linear() const { return is_linear_; }
-    /// Whether a model rotates with its elements: call update_rotations() before any evaluation.
+    /// Whether rotations are taken: a model rotates with its elements, or the preconditioner of a
+    /// level in single precision does. Call update_rotations() before any evaluation.
     bool rotates() const { return rotates_; }
     /// Gradients, volume and moduli of a local tet. Computed from the corner positions on each
     /// call; storing it would add a third to the level's memory.
@@ -116,15 +124,21 @@ class LevelAssembler {
     /// reaction).
     void elastic_force(const Configuration& at, Vec f) const;
 
-    /// Whether `frozen_force` can be had: P1, linear or corotated strain, by displacements.
-    bool has_frozen_force() const { return batches_ || single_; }
-    /// f = elastic force at the displacement `y` (ghosts up to date) by given rotations: affine in
-    /// y.
+    /// Whether `frozen_force` can be had: linear or corotated strain over batches.
+    bool has_frozen_force() const { return batches_ || (single_ && &single_->law == &hooke_law()); }
+    /// f = elastic force at the displacement `y` (ghosts up to date) by given rotations, of which it
+    /// is affine in y.
     void frozen_force(Vec y, const ElementRotations& rotations, Vec f) const;
 
     /// f += factor K v, K at `at`: with frozen rotations, or finite strain's exact tangent. Ghosts
     /// of v are up to date.
     void add_stiffness_times(double factor, const Configuration& at, Vec v, Vec f) const;
+
+    /// f += factor K v on a level in single precision. Tangent::exact: K of its law, at the
+    /// displacement of `at`; else Hooke's law turned by the rotations of `at`, which is positive
+    /// semi-definite. Three numbers a local node, one number behind.
+    void add_single_products(float factor, Tangent tangent, const ElementRotations& at,
+                             std::span<const float> v, std::span<float> f) const;
 
     /// |f|, f_n = sum over the tets at node n of V (|lambda| + 2 mu) |grad L_i|, N (mixed form:
     /// without lambda): the size of forces at a strain of one. Collective.
@@ -175,6 +189,9 @@ class LevelAssembler {
     bool is_batched() const;
     void make_double_batches();
     void make_single_batches();
+    /// The law of a level in single precision: that of its models if they share one, or one that
+    /// calls the models.
+    const BatchLaw* shared_law() const;
     /// The table from a tet to its lane.
     void number_lanes();
     /// work(batches) on all of them, by the whole team; work may add to nodes.
@@ -183,11 +200,12 @@ class LevelAssembler {
         team_.run([&](int thread) { work(parts_.parts[thread]); });
         work(parts_.shared);
     }
-    /// forces += what kernel(batches, range, rotations, values, forces) adds, in the precision of
-    /// the level's batches.
-    template <class Kernel>
-    void add_by_batches(const ElementRotations& rotations, Vec values, Vec forces,
-                        Kernel&& kernel) const;
+    /// f += the elastic forces at u of a level in single precision.
+    void add_single_forces(const ElementRotations& rotations, std::span<const float> u,
+                           std::span<float> f) const;
+    /// to += what add(from as floats, floats) adds, on a level in single precision.
+    template <class Add>
+    void add_in_single(std::span<const double> from, std::span<double> to, Add&& add) const;
     /// The local form's array of a vector, ghosts behind: what batches read and add to.
     static std::span<const double> all_of(const LocalValues& values, const PartitionedMesh& share) {
         return {values.data(), 3 * share.nodes.size()};
@@ -213,7 +231,9 @@ class LevelAssembler {
         if (!rotates_) return Eigen::Matrix3d::Identity();
         const ElementRotations& r = *at.rotations;
         const std::size_t lane = lane_of_tet_.empty() ? e : lane_of_tet_[e];
-        if (single_) return rotation_at<float>(r.single, lane);
+        if (single_)  // of other laws, rotations are the preconditioner's
+            return has_frozen_force() ? rotation_at<float>(r.single, lane, point, points)
+                                      : Eigen::Matrix3d::Identity().eval();
         return batches_ ? rotation_at<double>(r.batches, lane) : r.points[e * points + point];
     }
     /// lambda theta, or the interpolated pressure.

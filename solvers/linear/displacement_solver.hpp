@@ -47,8 +47,8 @@ class DisplacementSolver : public LinearSolver {
     /// `configure` choose the preconditioner, and takes PETSc's options.
     void make_krylov(MPI_Comm comm, ErrorEstimate estimate);
     virtual void configure(PC pc) = 0;
-    /// Takes another preconditioner after a solve that ended for this reason, if there is one that
-    /// may do better. Returns whether it did.
+    /// Takes another preconditioner, or a positive operator for one that is not, after a solve that
+    /// ended for this reason, if there is one that may do better. Returns whether it did.
     virtual bool change_preconditioner(KSPConvergedReason /*reason*/) { return false; }
     /// Whether solves end early where the preconditioner is too poor (role `solver`).
     void watch_convergence(bool watched) {

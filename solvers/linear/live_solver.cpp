@@ -6,16 +6,25 @@ namespace livetet {
 
 namespace {
 
-/// What a shell matrix and a shell preconditioner do: work(multigrid, x, y) on local arrays.
-template <class Shell, class Get, class Work>
-PetscErrorCode in_shell(Get get, Shell shell, Vec x, Vec y, Work&& work) noexcept {
+/// What a shell matrix and a shell preconditioner do: (solver.*work)(x, y) on local arrays.
+using Work = void (LiveSolver::*)(std::span<const double>, std::span<double>);
+template <class Shell, class Get>
+PetscErrorCode in_shell(Get get, Shell shell, Vec x, Vec y, Work work) noexcept {
     return in_callback([&] {
         void* context = nullptr;
         LIVETET_PETSC(get(shell, &context));
         const ReadArray from(x);
         WriteArray to(y);
-        work(*static_cast<SinglePrecisionMultigrid*>(context), from.span(), to.span());
+        (static_cast<LiveSolver*>(context)->*work)(from.span(), to.span());
     });
+}
+
+/// The preconditioner's model: Hooke's law, turned unless all is of small strain. Materials keep
+/// their moduli.
+std::vector<Material> of_bodys_model(std::span<const Material> materials) {
+    std::vector<Material> all(materials.begin(), materials.end());
+    for (Material& m : all) m.model = {};
+    return all;
 }
 
 int rank_count(MPI_Comm comm) {
@@ -32,27 +41,37 @@ LiveSolver::LiveSolver(const DistributedHierarchy& mesh, const ElasticModel& mod
     if (const std::string reason = why_not_live(model, mesh.hierarchy, rank_count(mesh.comm));
         !reason.empty())
         fail("solver.kind = live: {}", reason);
+    const std::vector<Material> materials = of_bodys_model(model.materials);
+    const ElasticModel hooke{
+        materials, is_small_strain(model.materials, model.strain) ? "linear" : "corotated",
+        Formulation::displacement};
+    for (std::size_t l = 0; l < mesh.hierarchy.levels.size(); ++l)
+        add_level(mesh, l == 0 ? model : hooke, SinglePrecision{});
+    const bool is_quadratic = !mesh.hierarchy.levels.front().edge_nodes.empty();
     std::vector<LevelAssembler*> levels;
     std::vector<const BarycentricMap*> maps;
-    for (std::size_t l = 0; l < mesh.hierarchy.levels.size(); ++l) {
-        add_level(mesh, model, SinglePrecision{});
-        levels.push_back(levels_.back().get());
+    for (std::size_t l = is_quadratic ? 1 : 0; l < levels_.size(); ++l) {
+        levels.push_back(levels_[l].get());
+        if (l + 1 < levels_.size()) maps.push_back(&mesh.hierarchy.transfers[l]);
     }
-    for (const BarycentricMap& map : mesh.hierarchy.transfers) maps.push_back(&map);
     const HeapMeter meter(&costs_.preconditioner);
-    multigrid_ = std::make_unique<SinglePrecisionMultigrid>(
-        std::move(levels), std::move(maps),
-        options.smoothing_steps > 0 ? options.smoothing_steps : 1, team);
+    const int steps = options.smoothing_steps > 0 ? options.smoothing_steps : 1;
+    multigrid_ =
+        std::make_unique<SinglePrecisionMultigrid>(std::move(levels), std::move(maps), steps, team);
+    if (is_quadratic || !fine().has_frozen_force())
+        fine_ = std::make_unique<MatrixFreeOperator>(fine(), team);
+    if (is_quadratic)
+        quadratic_ = std::make_unique<QuadraticCycle>(*fine_, *levels_[1], *multigrid_,
+                                                      mesh.hierarchy.transfers[0], steps, team);
     make_shell(mesh.comm);
     make_krylov(mesh.comm, ErrorEstimate::from_steps);
 }
 
 void LiveSolver::make_shell(MPI_Comm comm) {
     const PetscInt n = 3 * fine().share().owned;
-    LIVETET_PETSC(MatCreateShell(comm, n, n, n, n, multigrid_.get(), shell_.out()));
+    LIVETET_PETSC(MatCreateShell(comm, n, n, n, n, this, shell_.out()));
     const auto multiply = [](Mat A, Vec x, Vec y) noexcept -> PetscErrorCode {
-        return in_shell(MatShellGetContext, A, x, y,
-                        [](auto& multigrid, auto from, auto to) { multigrid.multiply(from, to); });
+        return in_shell(MatShellGetContext, A, x, y, &LiveSolver::multiply);
     };
     LIVETET_PETSC(MatShellSetOperation(
         shell_.get(), MATOP_MULT,
@@ -62,23 +81,29 @@ void LiveSolver::make_shell(MPI_Comm comm) {
 void LiveSolver::configure(PC pc) {
     LIVETET_PETSC(PCSetType(pc, PCSHELL));
     LIVETET_PETSC(PCShellSetName(pc, "multigrid in single precision, re-discretised"));
-    LIVETET_PETSC(PCShellSetContext(pc, multigrid_.get()));
+    LIVETET_PETSC(PCShellSetContext(pc, this));
     const auto apply = [](PC shell, Vec r, Vec z) noexcept -> PetscErrorCode {
-        return in_shell(PCShellGetContext, shell, r, z,
-                        [](auto& multigrid, auto from, auto to) { multigrid.cycle(from, to); });
+        return in_shell(PCShellGetContext, shell, r, z, &LiveSolver::cycle);
     };
     LIVETET_PETSC(PCShellSetApply(pc, apply));
 }
 
 void LiveSolver::set_constrained(std::span<const std::uint8_t> components) {
     constraints_.set_constrained(levels_, components);
-    multigrid_->set_constrained();
-    invalidate();
+    constraints_changed();
 }
 
 void LiveSolver::set_springs(std::span<const double> stiffness) {
     constraints_.set_springs(levels_, stiffness);
-    multigrid_->set_constrained();
+    constraints_changed();
+}
+
+void LiveSolver::constraints_changed() {
+    if (fine_) fine_->set_constrained();
+    if (quadratic_)
+        quadratic_->set_constrained();
+    else
+        multigrid_->set_constrained();
     invalidate();
 }
 
@@ -90,7 +115,37 @@ void LiveSolver::find_mass() {
 
 RenewalExtent LiveSolver::renew(const Configuration& at, const OperatorTerms& terms,
                                 RenewalExtent wanted) {
-    return multigrid_->update(*at.rotations, terms.whole_stiffness(), terms.mass, wanted);
+    const double s = terms.whole_stiffness(), m = terms.mass;
+    if (fine_) fine_->update(*at.rotations, s, m);
+    return quadratic_ ? quadratic_->update(*at.rotations, s, m, wanted)
+                      : multigrid_->update(*at.rotations, s, m, wanted);
+}
+
+void LiveSolver::multiply(std::span<const double> x, std::span<double> y) {
+    if (fine_ && (quadratic_ || fine_->tangent() == Tangent::exact))
+        fine_->multiply(x, y);
+    else
+        multigrid_->multiply(x, y);
+}
+
+void LiveSolver::cycle(std::span<const double> r, std::span<double> z) {
+    if (quadratic_)
+        quadratic_->cycle(r, z);
+    else
+        multigrid_->cycle(r, z);
+}
+
+bool LiveSolver::change_preconditioner(KSPConvergedReason reason) {
+    if (reason != KSP_DIVERGED_INDEFINITE_MAT || !fine_ || fine_->tangent() != Tangent::exact)
+        return false;
+    fine_->take(Tangent::frozen_rotation);
+    return true;
+}
+
+double LiveSolver::bytes_of_solve(double iterations) const {
+    return (iterations + max_guesses) *
+               (fine_ ? fine_->bytes_of_multiply() : multigrid_->bytes_of_multiply()) +
+           iterations * (quadratic_ ? quadratic_->bytes_of_cycle() : multigrid_->bytes_of_cycle());
 }
 
 std::string LiveSolver::preconditioner_name() const {

@@ -2,12 +2,19 @@
 
 #include "solvers/linear/coarse_constraints.hpp"
 #include "solvers/linear/displacement_solver.hpp"
+#include "solvers/linear/matrix_free_operator.hpp"
+#include "solvers/linear/quadratic_cycle.hpp"
 #include "solvers/linear/single_precision_multigrid.hpp"
 
 namespace livetet {
 
 /// Conjugate gradients in double precision around a multigrid cycle in single precision, matrix and
 /// all, on a team of threads of one rank: what `track` solves with where it can.
+///
+/// For tets of four nodes and Hooke's law, the finest operator is the multigrid's. For other laws it
+/// is the law's tangent, without a matrix, and the multigrid is that of Hooke's law turned by the
+/// rotation of each tet; where the tangent is not positive, solves go on with Hooke's law in its
+/// place. For tets of ten nodes, the multigrid is that of the same tets with four.
 class LiveSolver : public DisplacementSolver {
   public:
     /// Throws Error where it cannot take the mesh or the model (see why_not_live).
@@ -20,20 +27,25 @@ class LiveSolver : public DisplacementSolver {
     void set_springs(std::span<const double> stiffness) override;
     void find_mass() override;
     double bytes_of_update() const override { return multigrid_->bytes_of_update(); }
-    double bytes_of_solve(double iterations) const override {
-        return (iterations + max_guesses) * multigrid_->bytes_of_multiply() +
-               iterations * multigrid_->bytes_of_cycle();
-    }
+    double bytes_of_solve(double iterations) const override;
+
+    /// The frame's operator and its preconditioner, on the displacements' components.
+    void multiply(std::span<const double> x, std::span<double> y);
+    void cycle(std::span<const double> r, std::span<double> z);
 
   private:
     RenewalExtent renew(const Configuration& at, const OperatorTerms& terms,
                         RenewalExtent wanted) override;
     void configure(PC pc) override;
+    bool change_preconditioner(KSPConvergedReason reason) override;
     Mat matrix() const override { return shell_.get(); }
     void make_shell(MPI_Comm comm);
+    void constraints_changed();
 
     CoarseConstraints constraints_;
     std::unique_ptr<SinglePrecisionMultigrid> multigrid_;
+    std::unique_ptr<MatrixFreeOperator> fine_;   ///< null: the multigrid's
+    std::unique_ptr<QuadraticCycle> quadratic_;  ///< null: tets of four nodes
     PetscHandle<Mat> shell_;
 };
 

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "solvers/assembly/batch_support.hpp"
 #include "solvers/linear/single_precision_multigrid.hpp"
 
 namespace livetet {
@@ -11,14 +10,8 @@ std::string why_not_live(const ElasticModel& model, const MeshHierarchy& hierarc
     constexpr std::size_t max_coarsest_nodes = SinglePrecisionMultigrid::max_coarsest_nodes;
     constexpr double max_contrast = SinglePrecisionMultigrid::max_contrast;
     if (ranks > 1) return fmt::format("found {} ranks, expected one", ranks);
-    std::vector<const ConstitutiveModel*> models;
-    for (const Material& material : model.materials)
-        models.push_back(&model_of(material, model.strain));
-    if (const std::string reason =
-            why_not_batched(!hierarchy.levels.front().edge_nodes.empty(),
-                            resolved_formulation(model) == Formulation::mixed, models);
-        !reason.empty())
-        return reason;
+    if (resolved_formulation(model) == Formulation::mixed)
+        return "found the mixed form, expected the displacement form (formulation: displacement)";
     if (const double contrast = contrast_of(model.materials); contrast > max_contrast)
         return fmt::format("found Young's moduli a factor of {:.3g} apart, expected at most {:g}",
                            contrast, max_contrast);

@@ -4,69 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "base/error.hpp"
 #include "mechanics/scaled_stiffness.hpp"
+#include "solvers/linear/node_transfer.hpp"
 
 namespace livetet {
 
 namespace {
-
-using Four = float __attribute__((vector_size(16)));
-
-Four load(const float* p) {
-    Four v;
-    std::memcpy(&v, p, sizeof v);
-    return v;
-}
-
-/// The first three lanes.
-void store(Four v, float* p) {
-    std::memcpy(p, &v, 2 * sizeof(float));
-    p[2] = v[2];
-}
-
-/// The transpose of a BarycentricMap: coarse node n has the weight `weights[k]` in fine node
-/// `nodes[k]`, for k from start[n] to start[n + 1].
-struct TransposedMap {
-    std::vector<std::int32_t> start, nodes;
-    std::vector<float> weights;
-
-    TransposedMap(const BarycentricMap& map, std::size_t coarse_nodes)
-        : start(coarse_nodes + 1, 0) {
-        for (const auto& four : map.nodes)
-            for (const std::int32_t n : four) ++start[n + 1];
-        for (std::size_t n = 0; n < coarse_nodes; ++n) start[n + 1] += start[n];
-        nodes.resize(start.back());
-        weights.resize(start.back());
-        std::vector<std::int32_t> next(start.begin(), start.end() - 1);
-        for (std::size_t i = 0; i < map.size(); ++i)
-            for (int k = 0; k < 4; ++k) {
-                const std::int32_t place = next[map.nodes[i][k]]++;
-                nodes[place] = static_cast<std::int32_t>(i);
-                weights[place] = static_cast<float>(map.weights[i][k]);
-            }
-    }
-    /// The weighted sum of the fine nodes' values around coarse node n.
-    Four gather(std::size_t n, const float* fine) const {
-        Four sum{};
-        for (std::int32_t k = start[n]; k < start[n + 1]; ++k)
-            sum += weights[k] * load(fine + 3 * nodes[k]);
-        return sum;
-    }
-    /// Their weighted mean; negative weights count as 0.
-    Four mean(std::size_t n, const float* fine) const {
-        Four sum{};
-        float total = 1e-6F;
-        for (std::int32_t k = start[n]; k < start[n + 1]; ++k) {
-            const float w = std::max(weights[k], 0.0F);
-            sum += w * load(fine + 3 * nodes[k]);
-            total += w;
-        }
-        return sum / total;
-    }
-};
 
 /// Minimum number of nodes for which a further thread is woken.
 constexpr std::size_t grain = 150;
@@ -92,7 +37,7 @@ struct SinglePrecisionMultigrid::Level {
 
     Level(LevelAssembler& l, ThreadTeam& t)
         : level(l),
-          batches(l.single()->batches),
+          batches(l.single()->four_nodes()),
           team(t),
           A(l.elements(), l.share().tets, l.parts(), l.share().nodes.size()) {
         for (std::vector<float>* v : {&b, &x, &next, &r, &d, &scale, &inverse_scale})
@@ -174,9 +119,9 @@ struct SinglePrecisionMultigrid::Level {
         result = keep.asDiagonal() * kept.inverse() * keep.asDiagonal();
     }
 
-    Four jacobi(std::size_t i, Four v) const {
+    FourFloats jacobi(std::size_t i, FourFloats v) const {
         const float* p = inverse.data() + 9 * i;
-        return load(p) * v[0] + load(p + 3) * v[1] + load(p + 6) * v[2];
+        return load_node(p) * v[0] + load_node(p + 3) * v[1] + load_node(p + 6) * v[2];
     }
 
     /// Chebyshev steps for A x = b on [bound / 10, bound] of D^-1 A (Saad 2003, algorithm 12.1);
@@ -192,18 +137,18 @@ struct SinglePrecisionMultigrid::Level {
             if (step == 0 && from_zero)
                 over_rows([&](std::size_t begin, std::size_t end) {
                     for (std::size_t i = begin; i < end; ++i) {
-                        const Four z = of_r * jacobi(i, load(b.data() + 3 * i));
-                        store(z, d.data() + 3 * i);
-                        store(z, next.data() + 3 * i);
+                        const FourFloats z = of_r * jacobi(i, load_node(b.data() + 3 * i));
+                        store_node(z, d.data() + 3 * i);
+                        store_node(z, next.data() + 3 * i);
                     }
                 });
             else
                 over_rows([&](std::size_t begin, std::size_t end) {
-                    A.multiply(begin, end, x.data(), [&](std::size_t i, Four Ax) {
-                        const Four z = of_d * load(d.data() + 3 * i) +
-                                       of_r * jacobi(i, load(b.data() + 3 * i) - Ax);
-                        store(z, d.data() + 3 * i);
-                        store(load(x.data() + 3 * i) + z, next.data() + 3 * i);
+                    A.multiply(begin, end, x.data(), [&](std::size_t i, FourFloats Ax) {
+                        const FourFloats z = of_d * load_node(d.data() + 3 * i) +
+                                             of_r * jacobi(i, load_node(b.data() + 3 * i) - Ax);
+                        store_node(z, d.data() + 3 * i);
+                        store_node(load_node(x.data() + 3 * i) + z, next.data() + 3 * i);
                     });
                 });
             std::swap(x, next);
@@ -214,8 +159,9 @@ struct SinglePrecisionMultigrid::Level {
     /// r = S (b - A x), unscaled for the transfer; zero at constrained components.
     void residual() {
         over_rows([&](std::size_t begin, std::size_t end) {
-            A.multiply(begin, end, x.data(), [&](std::size_t i, Four Ax) {
-                store((load(b.data() + 3 * i) - Ax) * load(scale.data() + 3 * i), r.data() + 3 * i);
+            A.multiply(begin, end, x.data(), [&](std::size_t i, FourFloats Ax) {
+                store_node((load_node(b.data() + 3 * i) - Ax) * load_node(scale.data() + 3 * i),
+                           r.data() + 3 * i);
             });
         });
     }
@@ -250,7 +196,7 @@ void SinglePrecisionMultigrid::restrict_displacements(const ElementRotations& fi
         float* u = coarse.rotations.single_u.data();
         coarse.over_rows([&](std::size_t begin, std::size_t end) {
             for (std::size_t n = begin; n < end; ++n)
-                store(coarse.restriction->mean(n, fine), u + 3 * n);
+                store_node(coarse.restriction->mean(n, fine), u + 3 * n);
         });
         fine = u;
     }
@@ -295,8 +241,8 @@ void SinglePrecisionMultigrid::find_bounds(Level& level) {
         double before = 0, after = 0;
         for (const float v : level.x) before += v * v;
         level.over_rows([&](std::size_t begin, std::size_t end) {
-            level.A.multiply(begin, end, level.x.data(), [&](std::size_t i, Four Ax) {
-                store(level.jacobi(i, Ax), level.next.data() + 3 * i);
+            level.A.multiply(begin, end, level.x.data(), [&](std::size_t i, FourFloats Ax) {
+                store_node(level.jacobi(i, Ax), level.next.data() + 3 * i);
             });
         });
         for (const float v : level.next) after += v * v;
@@ -349,22 +295,23 @@ void SinglePrecisionMultigrid::descend(std::size_t l) {
     Level& coarse = *levels_[l + 1];
     coarse.over_rows([&](std::size_t begin, std::size_t end) {
         for (std::size_t n = begin; n < end; ++n)
-            store(coarse.restriction->gather(n, level.r.data()) *
-                      load(coarse.inverse_scale.data() + 3 * n),
-                  coarse.b.data() + 3 * n);
+            store_node(coarse.restriction->gather(n, level.r.data()) *
+                           load_node(coarse.inverse_scale.data() + 3 * n),
+                       coarse.b.data() + 3 * n);
     });
     descend(l + 1);
     const BarycentricMap& map = *maps_[l];
     level.over_rows([&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-            Four sum{};
+            FourFloats sum{};
             for (int k = 0; k < 4; ++k) {
                 const std::int32_t n = 3 * map.nodes[i][k];
-                sum += static_cast<float>(map.weights[i][k]) * load(coarse.x.data() + n) *
-                       load(coarse.inverse_scale.data() + n);
+                sum += static_cast<float>(map.weights[i][k]) * load_node(coarse.x.data() + n) *
+                       load_node(coarse.inverse_scale.data() + n);
             }
-            store(load(level.x.data() + 3 * i) + sum * load(level.scale.data() + 3 * i),
-                  level.x.data() + 3 * i);
+            store_node(
+                load_node(level.x.data() + 3 * i) + sum * load_node(level.scale.data() + 3 * i),
+                level.x.data() + 3 * i);
         }
     });
     level.smooth(smoothing_steps_, false);
@@ -377,7 +324,7 @@ void SinglePrecisionMultigrid::multiply(std::span<const double> x, std::span<dou
             fine.d[i] = static_cast<float>(x[i]) * fine.scale[i];
     });
     fine.over_rows([&](std::size_t begin, std::size_t end) {
-        fine.A.multiply(begin, end, fine.d.data(), [&](std::size_t i, Four Ax) {
+        fine.A.multiply(begin, end, fine.d.data(), [&](std::size_t i, FourFloats Ax) {
             for (int c = 0; c < 3; ++c) y[3 * i + c] = s_now_ * fine.scale[3 * i + c] * Ax[c];
         });
     });

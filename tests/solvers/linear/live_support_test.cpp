@@ -25,17 +25,15 @@ TEST(LiveSupport, SaysWhatTheLiveSolverDoesNotTake) {
     using enum Formulation;
     EXPECT_EQ(reason("corotated", automatic), "");
     EXPECT_EQ(reason("linear", displacement), "");
-    EXPECT_EQ(reason("neohookean", displacement),
-              "found model neohookean, expected linear or corotated");
+    EXPECT_EQ(reason("neohookean", displacement), "");
     EXPECT_EQ(reason("corotated", mixed),
               "found the mixed form, expected the displacement form (formulation: displacement)");
     EXPECT_EQ(reason("corotated", displacement, 2, 4), "found 4 ranks, expected one");
     EXPECT_NE(reason("corotated", displacement, 1), "");
-    EXPECT_EQ(why_not_live({soft, "corotated"}, with_quadratic_level(block_of_levels(2))),
-              "found ten-node tets, expected four-node ones (elements: P1)");
+    EXPECT_EQ(why_not_live({soft, "corotated"}, with_quadratic_level(block_of_levels(2))), "");
 }
 
-TEST(LiveSupport, AsksTheModelOfEachRegion) {
+TEST(LiveSupport, AsksTheModuliOfEachRegion) {
     const auto reason = [](const ModelChoice& own, double young_Pa) {
         const std::vector<Material> two{{.young_Pa = 3000, .poisson = 0.4},
                                         {.young_Pa = young_Pa, .region = 2, .model = own}};
@@ -43,10 +41,7 @@ TEST(LiveSupport, AsksTheModelOfEachRegion) {
     };
     EXPECT_EQ(reason({}, 9000), "");
     EXPECT_EQ(reason("corotated", 9000), "");
-    EXPECT_EQ(reason("linear", 9000),
-              "found models corotated and linear, expected one for all regions");
-    EXPECT_EQ(reason("mooney_rivlin", 9000),
-              "found model mooney_rivlin, expected linear or corotated");
+    EXPECT_EQ(reason("mooney_rivlin", 9000), "");
     EXPECT_NE(reason({}, 3e9), "");
 }
 

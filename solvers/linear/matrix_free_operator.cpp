@@ -1,0 +1,85 @@
+#include "solvers/linear/matrix_free_operator.hpp"
+
+#include <algorithm>
+
+#include "mechanics/tet_kernels.hpp"
+
+namespace livetet {
+
+namespace {
+
+/// A third of the trace of each node's diagonal block of Hooke's law,
+///     sum_q w_q (lambda + 4 mu) / 3 |grad N_i|^2,
+/// which rotations do not change.
+template <int nodes>
+std::vector<float> diagonal_stiffness(const LevelAssembler& level) {
+    using Shape = TetShape<nodes>;
+    std::vector<float> diagonal(level.share().nodes.size(), 0.0F);
+    for (std::size_t e = 0; e < level.share().tets.size(); ++e) {
+        const TetElement element = level.element(e);
+        const double modulus = (element.lambda + 4 * element.mu) / 3;
+        for (int point = 0; point < Shape::points; ++point) {
+            const auto g = Shape::gradients(element, point);
+            for (int i = 0; i < nodes; ++i)
+                diagonal[level.share().node(e, i)] += static_cast<float>(
+                    element.volume / Shape::points * modulus * g.col(i).squaredNorm());
+        }
+    }
+    return diagonal;
+}
+
+}  // namespace
+
+MatrixFreeOperator::MatrixFreeOperator(LevelAssembler& level, ThreadTeam& team)
+    : level_(level),
+      team_(team),
+      stiffness_(level.share().edge_nodes.empty() ? diagonal_stiffness<4>(level)
+                                                  : diagonal_stiffness<10>(level)),
+      x_(3 * stiffness_.size() + 1, 0.0F),
+      force_(x_.size(), 0.0F),
+      shift_(3 * stiffness_.size(), 0.0F),
+      diagonal_(shift_.size(), 1.0F),
+      free_(shift_.size(), 1.0F) {}
+
+void MatrixFreeOperator::set_constrained() {
+    const auto components = level_.constrained();
+    for (std::size_t i = 0; i < free_.size(); ++i)
+        free_[i] = components[i / 3] >> (i % 3) & 1 ? 0.0F : 1.0F;
+    s_ = m_ = -1;  // the diagonal is to be made again
+}
+
+void MatrixFreeOperator::update(const ElementRotations& at, double s, double m) {
+    at_ = &at;
+    tangent_ = Tangent::exact;
+    if (s == s_ && m == m_) return;
+    s_ = s;
+    m_ = m;
+    const auto mass = level_.node_mass(), springs = level_.springs();
+    over_components([&](std::size_t i) {
+        const std::size_t n = i / 3;
+        shift_[i] =
+            static_cast<float>((m != 0 ? m * mass[n] : 0) + (springs.empty() ? 0 : springs[n]));
+        diagonal_[i] = free_[i] != 0 ? static_cast<float>(s) * stiffness_[n] + shift_[i] : 1.0F;
+    });
+}
+
+void MatrixFreeOperator::add_products(Tangent tangent, std::span<const float> x) {
+    over_components([&](std::size_t i) { force_[i] = 0; });
+    level_.add_single_products(static_cast<float>(s_), tangent, *at_, x, force_);
+}
+
+void MatrixFreeOperator::multiply(std::span<const double> x, std::span<double> y) {
+    over_components([&](std::size_t i) { x_[i] = static_cast<float>(x[i]); });
+    add_products(tangent_, x_);
+    over_components([&](std::size_t i) { y[i] = free_[i] * (force_[i] + shift_[i] * x_[i]); });
+}
+
+double MatrixFreeOperator::bytes_of_multiply() const {
+    const SinglePrecisionBatches& single = *level_.single();
+    const auto batches = static_cast<double>(single.batch_count());
+    const double tets = std::visit([](const auto& b) { return sizeof(b[0]); }, single.batches);
+    // Each number of x, the displacement, forces (zeroed, added to, read), y.
+    return batches * tets + static_cast<double>(free_.size()) * (8 + 4 + 4 + 12 + 8);
+}
+
+}  // namespace livetet

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "base/thread_team.hpp"
+#include "solvers/assembly/level_assembler.hpp"
+
+namespace livetet {
+
+/// The operator of a level in single precision without a matrix,
+///
+///     A = s K(u) + m M + springs,
+///
+/// with K the tangent of the level's law, or Hooke's law turned by rotations where a positive
+/// operator is asked for. Rows and columns of constrained components are zero. To use it:
+///
+///     set_constrained();         // when constraints or springs change
+///     update(at, s, m);          // when the body has moved
+///     multiply(x, y);            // as often as wanted
+class MatrixFreeOperator {
+  public:
+    /// Both must outlive this.
+    MatrixFreeOperator(LevelAssembler& level, ThreadTeam& team);
+
+    /// Takes up the level's constrained components, and what it knows of its mass and springs.
+    void set_constrained();
+    /// `at` must stay as it is until the next call.
+    void update(const ElementRotations& at, double s, double m);
+    /// Which K: of the law (Tangent::exact), or Hooke's. An update asks for the law's again.
+    void take(Tangent tangent) { tangent_ = tangent; }
+    Tangent tangent() const { return tangent_; }
+
+    /// y = A x; x and y zero at constrained components.
+    void multiply(std::span<const double> x, std::span<double> y);
+
+    /// visit(i, (A x)_i) for the components of all nodes, by pieces of the team, with Hooke's K; x:
+    /// three numbers a node and one behind, zero at constrained components.
+    template <class Visit>
+    void visit_positive(std::span<const float> x, Visit&& visit) {
+        add_products(Tangent::frozen_rotation, x);
+        over_components([&](std::size_t i) { visit(i, force_[i] + shift_[i] * x[i]); });
+    }
+
+    /// work(i) for the components of all nodes, by pieces of the team.
+    template <class Work>
+    void over_components(Work&& work) const {
+        team_.run_pieces(free_.size(), grain, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) work(i);
+        });
+    }
+
+    /// A third of the trace of the diagonal block of each component's node, whatever the rotations;
+    /// 1 where it is constrained.
+    std::span<const float> diagonal() const { return diagonal_; }
+    /// 0 where a component is constrained, else 1.
+    std::span<const float> free() const { return free_; }
+    std::size_t components() const { return free_.size(); }
+
+    /// What a product moves at least, bytes.
+    double bytes_of_multiply() const;
+
+  private:
+    static constexpr std::size_t grain = 450;
+    /// force_ = s K x, zero at constrained components.
+    void add_products(Tangent tangent, std::span<const float> x);
+
+    LevelAssembler& level_;
+    ThreadTeam& team_;
+    const ElementRotations* at_ = nullptr;
+    Tangent tangent_ = Tangent::exact;
+    double s_ = 1, m_ = 0;
+    std::vector<float> stiffness_;  ///< a third of the trace of K's diagonal block, N/m, a node
+    std::vector<float> x_, force_;
+    std::vector<float> shift_, diagonal_, free_;  ///< of each component
+};
+
+}  // namespace livetet

@@ -1,0 +1,67 @@
+// The law that calls the models' functions against those that are written for lanes.
+
+#include "solvers/assembly/pointwise_law.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "mechanics/materials/registry.hpp"
+#include "mesh/quadratic.hpp"
+#include "support/shapes.hpp"
+
+namespace livetet {
+namespace {
+
+template <int nodes>
+void compare_with_lanes(const ConstitutiveModel& model) {
+    const TetMesh mesh = quadratic_mesh(test::block({3, 2, 2}, {1, 0.8, 0.7}));
+    const std::vector<PointwiseLaw::Moduli> moduli{{9, 1.5, model}, {4, 2, model}};
+    std::vector<TetElement> elements;
+    std::vector<std::array<std::int32_t, nodes>> tets;
+    std::vector<std::int32_t> region;
+    for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
+        const Tet& t = mesh.tets[e];
+        region.push_back(e % 3 == 0);
+        elements.push_back(
+            make_element({mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]},
+                         moduli[region[e]].lambda, moduli[region[e]].mu));
+        std::copy_n(t.begin(), 4, tets.emplace_back().begin());
+        for (int i = 4; i < nodes; ++i) tets.back()[i] = mesh.edge_nodes[e][i - 4];
+    }
+    std::vector<float> u, v;
+    for (const Vector3& x : mesh.nodes)
+        for (int a = 0; a < 3; ++a) {
+            u.push_back(static_cast<float>(0.2 * x[a] * x[(a + 1) % 3]));
+            v.push_back(static_cast<float>(std::sin(7 * x[(a + 2) % 3] + a)));
+        }
+    u.push_back(0);
+    v.push_back(0);
+    const TetBatches<float, nodes> batches(elements, tets);
+    std::vector<RotationBatch<float>> rotations(batches.points * batches.all().end);
+    update_rotations(batches, batches.all(), std::span<const float>(u), std::span(rotations));
+    const BatchLaw& lanes = model.is_hooke_by_rotation() ? hooke_law() : *model.batch_law();
+    const PointwiseLaw points(moduli, region);
+    std::vector<float> f[2], g[2];
+    for (int k = 0; k < 2; ++k) {
+        const BatchLaw& law = k == 0 ? lanes : points;
+        f[k].assign(u.size(), 0.0F);
+        g[k].assign(u.size(), 0.0F);
+        law.add_forces(batches, batches.all(), rotations, u, f[k]);
+        law.add_stiffness_times(0.7F, batches, batches.all(), rotations, u, v, g[k]);
+    }
+    for (std::size_t i = 0; i < u.size(); ++i) {
+        ASSERT_NEAR(f[0][i], f[1][i], 1e-5) << model.name() << ' ' << nodes << ' ' << i;
+        ASSERT_NEAR(g[0][i], g[1][i], 1e-4) << model.name() << ' ' << nodes << ' ' << i;
+    }
+}
+
+TEST(PointwiseLaw, IsTheLawOfLanesTetByTet) {
+    for (const char* name : {"corotated", "green", "neohookean"}) {
+        compare_with_lanes<4>(registered_material(name));
+        compare_with_lanes<10>(registered_material(name));
+    }
+}
+
+}  // namespace
+}  // namespace livetet
