@@ -43,6 +43,10 @@ Holding on_all_nodes(const TetMesh& mesh, Holding held) {
     return held;
 }
 
+const std::vector<std::int32_t>& held_nodes(const ResponsePatch& patch, bool wider) {
+    return wider ? patch.wider_nodes : patch.nodes;
+}
+
 }  // namespace
 
 ResponseBody::ResponseBody(const Scene& scene, const MeshHierarchy& hierarchy, Use use,
@@ -69,17 +73,13 @@ std::vector<Vector3> ResponseBody::solve(std::span<const ResponsePatch> patches,
     return body_.body->displacement();
 }
 
-std::vector<std::int32_t> ResponseBody::nodes_of(const ResponsePatch& patch, bool wider) const {
-    return with_edge_nodes_between(body_.mesh(), wider ? patch.wider_nodes : patch.nodes);
-}
-
 /// Number of prescribed patches that each node is in: it follows their mean.
 std::vector<int> ResponseBody::patches_at_nodes(std::span<const ResponsePatch> patches,
                                                 bool wider) const {
     std::vector<int> count(body_.mesh().nodes.size(), 0);
     for (const ResponsePatch& patch : patches)
         if (!patch.stiffness)
-            for (const std::int32_t n : nodes_of(patch, wider)) ++count[n];
+            for (const std::int32_t n : held_nodes(patch, wider)) ++count[n];
     return count;
 }
 
@@ -89,7 +89,7 @@ void ResponseBody::hold(const ResponsePatch& patch, bool wider, int motion,
                         std::span<const int> shared, Constraints& constraints,
                         Springs& springs) const {
     const TetMesh& mesh = body_.mesh();
-    const std::vector<std::int32_t> nodes = nodes_of(patch, wider);
+    const std::vector<std::int32_t>& nodes = held_nodes(patch, wider);
     if (patch.stiffness) {
         springs.stiffness.resize(mesh.nodes.size(), 0);
         springs.target.resize(mesh.nodes.size(), Vector3::Zero());

@@ -15,6 +15,7 @@ struct ResponsePatch {
     std::vector<std::int32_t> nodes{}, wider_nodes{};
     double wider_by = 0, radius_spread = 0;  ///< of its radius, m
     Vector3 centre = Vector3::Zero();        ///< about which it turns: the sensor's base, m
+    double radius = 0;                       ///< m
     std::optional<double> stiffness{};       ///< of springs, N/m; none: prescribed
     bool turns = false;                      ///< it follows the sensor's rotation
 };
@@ -37,12 +38,12 @@ class ResponseBody {
     /// of the model at the corners, or none. Throws Error if the solve does not converge.
     std::vector<Vector3> solve(std::span<const ResponsePatch> patches, std::size_t moved,
                                int motion, bool wider, const std::vector<Vector3>& start);
+    const TetMesh& mesh() const { return body_.mesh(); }
     std::vector<Vector3> sample(const std::vector<Vector3>& field) const {
         return sampler_.sample(field);
     }
 
   private:
-    std::vector<std::int32_t> nodes_of(const ResponsePatch& patch, bool wider) const;
     std::vector<int> patches_at_nodes(std::span<const ResponsePatch> patches, bool wider) const;
     void hold(const ResponsePatch& patch, bool wider, int motion, std::span<const int> shared,
               Constraints& constraints, Springs& springs) const;

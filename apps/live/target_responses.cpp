@@ -8,6 +8,7 @@
 #include "apps/live/response_nodes.hpp"
 #include "base/error.hpp"
 #include "base/log.hpp"
+#include "mesh/surface_patch.hpp"
 #include "mesh/tet_mesh.hpp"
 
 namespace livetet {
@@ -202,8 +203,11 @@ void TargetResponses::give_up(const Unit& unit, const std::string& why) {
 }
 
 bool TargetResponses::is_on_coarse(Variation variation) const {
-    return !coarse_.levels.empty() &&
-           (variation == Variation::coarse || variation == Variation::elements);
+    return !coarse_.levels.empty() && has_other_mesh(variation);
+}
+
+bool TargetResponses::has_other_mesh(Variation variation) {
+    return variation == Variation::coarse || variation == Variation::elements;
 }
 
 void TargetResponses::set_up(const Unit& unit) {
@@ -214,7 +218,8 @@ void TargetResponses::set_up(const Unit& unit) {
     body_.reset();
     Scene scene = scene_;
     Use use = Use::track;
-    if (unit.variation == Variation::coarse) find_coarse_patches();
+    if (unit.variation == Variation::coarse && fine_of_coarse_.empty())
+        fine_of_coarse_ = nearest_on_surface(coarse_.levels.front(), mesh);
     if (unit.variation == Variation::elements) {
         scene.elements = Elements::p2;
         scene.solver.kind = SolverKind::automatic;
@@ -235,6 +240,7 @@ void TargetResponses::set_up(const Unit& unit) {
     if (on_coarse) held = on_other_nodes(held, fine_of_coarse_);
     body_ = std::make_unique<ResponseBody>(scene, on_coarse ? coarse_ : hierarchy_, use, held,
                                            with_neighbours(places_, edge_ / 2));
+    if (has_other_mesh(unit.variation)) find_patches_on(body_->mesh());
 }
 
 /// Makes a fixed set stiffer by its spread, or wider by its border's, and at least by an edge of
@@ -255,24 +261,11 @@ double TargetResponses::vary_fix(FixOptions& fix, FixValue value) const {
     return spread / distance;
 }
 
-/// The patches on the next coarser level: its surface nodes that lie at one of theirs.
-void TargetResponses::find_coarse_patches() {
-    const TetMesh& mesh = coarse_.levels.front();
-    if (fine_of_coarse_.empty())
-        fine_of_coarse_ = nearest_on_surface(mesh, hierarchy_.levels.front());
-    coarse_patches_ = patches_;
-    for (ResponsePatch& patch : coarse_patches_) {
-        const std::vector<std::int32_t> of_fine = std::exchange(patch.nodes, {});
-        for (std::size_t n = 0; n < fine_of_coarse_.size(); ++n)
-            if (std::ranges::binary_search(of_fine, fine_of_coarse_[n]))
-                patch.nodes.push_back(static_cast<std::int32_t>(n));
-        if (patch.nodes.empty()) {
-            const std::vector<std::int32_t> all = surface_nodes(mesh);
-            patch.nodes = {*std::ranges::min_element(all, {}, [&](std::int32_t n) {
-                return (mesh.nodes[n] - patch.centre).squaredNorm();
-            })};
-        }
-    }
+/// The patches as they are chosen on another mesh than the model's.
+void TargetResponses::find_patches_on(const TetMesh& mesh) {
+    other_patches_ = patches_;
+    for (ResponsePatch& patch : other_patches_)
+        patch.nodes = surface_patch(mesh, patch.centre, patch.radius).nodes;
 }
 
 void TargetResponses::solve(const Unit& unit) {
@@ -280,8 +273,8 @@ void TargetResponses::solve(const Unit& unit) {
     auto& fields = on_coarse ? coarse_fields_ : fields_;
     std::vector<Vector3>& first = fields[6 * unit.patch + unit.motion];
     std::vector<Vector3> field =
-        body_->solve(on_coarse ? coarse_patches_ : patches_, unit.patch, unit.motion,
-                     unit.variation == Variation::wider, first);
+        body_->solve(has_other_mesh(unit.variation) ? other_patches_ : patches_, unit.patch,
+                     unit.motion, unit.variation == Variation::wider, first);
     store(unit, body_->sample(field));
     if (unit.variation == Variation::none || unit.variation == Variation::coarse)
         first = std::move(field);

@@ -96,7 +96,8 @@ class TargetResponses {
     void set_up(const Unit& unit);
     double vary_fix(FixOptions& fix, FixValue value) const;
     void give_up(const Unit& unit, const std::string& why);
-    void find_coarse_patches();
+    void find_patches_on(const TetMesh& mesh);
+    static bool has_other_mesh(Variation variation);
     void solve(const Unit& unit);
     void store(const Unit& unit, std::span<const Vector3> at_places);
 
@@ -107,7 +108,7 @@ class TargetResponses {
     double coarse_share_ = 1;  ///< effect of the elements, of that on coarse_
     /// Of coarse_'s surface nodes: the nearest of the finest mesh; -1 inside.
     std::vector<std::int32_t> fine_of_coarse_;
-    std::vector<ResponsePatch> coarse_patches_;
+    std::vector<ResponsePatch> other_patches_;
     double edge_ = 0;  ///< of the finest mesh, m
     std::vector<UncertainMaterial> uncertain_materials_;
     std::vector<UncertainFix> uncertain_fixes_;

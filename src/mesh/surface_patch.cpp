@@ -3,13 +3,40 @@
 #include <Eigen/Dense>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
 
 #include "geometry/nearest_triangle.hpp"
+#include "mesh/quadratic.hpp"
 
 namespace livetet {
 
+namespace {
+
+/// The boundary's triangles; those of ten-node tets cut into four at the middles of their edges.
+std::vector<Triangle> surface_triangles(const TetMesh& mesh) {
+    const std::vector<Triangle> whole = boundary_triangles(mesh.tets);
+    if (mesh.edge_nodes.empty()) return whole;
+    const EdgeNodes middles(mesh);
+    std::vector<Triangle> parts;
+    for (const auto& [a, b, c] : whole) {
+        const std::int32_t ab = middles.between(a, b), bc = middles.between(b, c),
+                           ca = middles.between(c, a);
+        for (const Triangle& part :
+             {Triangle{a, ab, ca}, Triangle{ab, b, bc}, Triangle{ca, bc, c}, Triangle{ab, bc, ca}})
+            parts.push_back(part);
+    }
+    return parts;
+}
+
+/// Share of a triangle's area that is held if `corners` of its corners are in a patch.
+double held_share(int corners) { return corners == 3 ? 1 : corners / 6.0; }
+
+}  // namespace
+
 SurfaceNeighbourhood::SurfaceNeighbourhood(const TetMesh& mesh, const Vector3& place)
-    : mesh_(mesh), surface_(boundary_triangles(mesh.tets)) {
+    : mesh_(mesh), surface_(surface_triangles(mesh)) {
     const NearestTriangle::Hit hit = NearestTriangle(mesh.nodes, surface_).find(place);
     distance_ = hit.distance;
     at_ = {static_cast<std::size_t>(hit.triangle), hit.place};
@@ -18,34 +45,131 @@ SurfaceNeighbourhood::SurfaceNeighbourhood(const TetMesh& mesh, const Vector3& p
         nearest, {}, [&](std::int32_t n) { return (mesh.nodes[n] - place).squaredNorm(); });
 }
 
+namespace {
+
+double area_of(const TetMesh& mesh, const Triangle& t) {
+    const Vector3 &a = mesh.nodes[t[0]], &b = mesh.nodes[t[1]], &c = mesh.nodes[t[2]];
+    return (b - a).cross(c - a).norm() / 2;
+}
+
+/// Share of a triangle within `radius` of a point, by the distances d_i of its corners: for a flat
+/// surface, with barycentric coordinates L,
+///     d^2 = sum_i L_i d_i^2 - sum_(i<j) L_i L_j |x_i - x_j|^2.
+/// Counted at the centres of 256 parts.
+double share_within(const TetMesh& mesh, const Triangle& t, const std::array<double, 3>& d,
+                    double radius) {
+    constexpr int cuts = 16;
+    const Vector3 &a = mesh.nodes[t[0]], &b = mesh.nodes[t[1]], &c = mesh.nodes[t[2]];
+    const double ab = (b - a).squaredNorm(), bc = (c - b).squaredNorm(), ca = (a - c).squaredNorm();
+    int inside = 0;
+    const auto count = [&](double x, double y) {
+        const double z = 1 - x - y;
+        inside += x * d[0] * d[0] + y * d[1] * d[1] + z * d[2] * d[2] - x * y * ab - y * z * bc -
+                      z * x * ca <=
+                  radius * radius;
+    };
+    for (int i = 0; i < cuts; ++i)
+        for (int j = 0; j < cuts - i; ++j) {
+            count((i + 1. / 3) / cuts, (j + 1. / 3) / cuts);
+            if (j + 1 < cuts - i) count((i + 2. / 3) / cuts, (j + 2. / 3) / cuts);
+        }
+    return inside / static_cast<double>(cuts * cuts);
+}
+
+/// The longest edge of the triangles with a corner within `radius` of a place.
+double longest_edge_near(const TetMesh& mesh, std::span<const Triangle> triangles,
+                         const Vector3& place, double radius) {
+    double longest = 0;
+    for (const Triangle& t : triangles) {
+        const Vector3 &a = mesh.nodes[t[0]], &b = mesh.nodes[t[1]], &c = mesh.nodes[t[2]];
+        const double edge = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+        if ((a - place).norm() <= radius + edge) longest = std::max(longest, edge);
+    }
+    return longest;
+}
+
+}  // namespace
+
 SurfacePatch SurfaceNeighbourhood::patch(double radius) const {
     SurfacePatch patch;
     patch.distance = distance_;
-    patch.at = at_;
+    patch.at = at_.place;
     patch.centre = centre_;
-    for (const auto& [node, distance] : distances(radius)) patch.nodes.push_back(node);
-    if (patch.nodes.empty()) patch.nodes.push_back(centre_);
+    // Far enough for all triangles that the disc touches.
+    const double reach = radius + 2 * longest_edge_near(mesh_, surface_, at_.place, radius);
+    const std::map<std::int32_t, double> near = distances(reach);
+    for (const Triangle& t : surface_) {
+        std::array<double, 3> d{};
+        const bool is_near = std::ranges::all_of(t, [&](auto n) { return near.contains(n); });
+        for (int k = 0; is_near && k < 3; ++k) d[k] = near.at(t[k]);
+        if (is_near) patch.disc_area += share_within(mesh_, t, d, radius) * area_of(mesh_, t);
+    }
+    choose_nodes(patch, near);
     find_shape(patch);
     return patch;
 }
 
-/// Finds a patch's area, normal and centroid. A third of each triangle's area belongs to each of
-/// its corners.
-void SurfaceNeighbourhood::find_shape(SurfacePatch& patch) const {
-    Vector3 moment = Vector3::Zero(), normal = Vector3::Zero();
-    for (const Triangle& t : surface_) {
-        const Vector3 &a = mesh_.nodes[t[0]], &b = mesh_.nodes[t[1]], &c = mesh_.nodes[t[2]];
-        const Vector3 third = (b - a).cross(c - a) / 6;
-        for (const std::int32_t n : t) {
-            if (!std::ranges::binary_search(patch.nodes, n)) continue;
-            patch.area += third.norm();
-            moment += third.norm() * (mesh_.nodes[n] - at_.place);
-            normal += third;
+/// Takes the nearest nodes, those at one distance together, as long as that brings the area held
+/// nearer to the disc's.
+void SurfaceNeighbourhood::choose_nodes(SurfacePatch& patch,
+                                        const std::map<std::int32_t, double>& distances) const {
+    std::vector<std::pair<double, std::int32_t>> order;
+    for (const auto& [node, distance] : distances) order.emplace_back(distance, node);
+    std::ranges::sort(order);
+    std::map<std::int32_t, std::vector<const Triangle*>> around;
+    for (const Triangle& t : surface_)
+        for (const std::int32_t n : t)
+            if (distances.contains(n)) around[n].push_back(&t);
+    constexpr double same = 1e-6;  // of the distance
+    std::map<const Triangle*, int> corners;
+    double held = 0, nearest = std::abs(patch.disc_area);
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < order.size();) {
+        const double distance = order[k].first;
+        for (; k < order.size() && order[k].first <= (1 + same) * distance; ++k)
+            for (const Triangle* t : around[order[k].second]) {
+                int& in = corners[t];
+                held += (held_share(in + 1) - held_share(in)) * area_of(mesh_, *t);
+                ++in;
+            }
+        if (const double off = std::abs(held - patch.disc_area); off < nearest) {
+            nearest = off;
+            count = k;
         }
     }
-    if (!(normal.norm() > 0)) return;
+    for (std::size_t k = 0; k < count; ++k) patch.nodes.push_back(order[k].second);
+    std::ranges::sort(patch.nodes);
+    if (patch.nodes.empty()) patch.nodes.push_back(centre_);
+}
+
+/// Finds a patch's area, normal and centroid.
+void SurfaceNeighbourhood::find_shape(SurfacePatch& patch) const {
+    Vector3 moment = Vector3::Zero(), normal = Vector3::Zero(), mean = Vector3::Zero();
+    for (const std::int32_t n : patch.nodes)
+        mean += (mesh_.nodes[n] - at_.place) / static_cast<double>(patch.nodes.size());
+    for (const Triangle& t : surface_) {
+        int corners = 0;
+        Vector3 middle = Vector3::Zero();
+        for (const std::int32_t n : t)
+            if (std::ranges::binary_search(patch.nodes, n)) ++corners, middle += mesh_.nodes[n];
+        const double share = held_share(corners);
+        if (share == 0) continue;
+        const Vector3 &a = mesh_.nodes[t[0]], &b = mesh_.nodes[t[1]], &c = mesh_.nodes[t[2]];
+        const Vector3 held = share / 2 * (b - a).cross(c - a);
+        patch.area += held.norm();
+        moment += held.norm() * (middle / corners - at_.place);
+        normal += held;
+    }
+    if (!(normal.norm() > 0)) {  // no triangle is held
+        const Triangle& t = surface_[at_.triangle];
+        normal =
+            (mesh_.nodes[t[1]] - mesh_.nodes[t[0]]).cross(mesh_.nodes[t[2]] - mesh_.nodes[t[0]]);
+        moment = mean;
+    } else {
+        moment /= patch.area;
+    }
     patch.normal = normal.normalized();
-    patch.off_centre = (moment - moment.dot(patch.normal) * patch.normal) / patch.area;
+    patch.off_centre = moment - moment.dot(patch.normal) * patch.normal;
 }
 
 SurfacePatch surface_patch(const TetMesh& mesh, const Vector3& place, double radius) {

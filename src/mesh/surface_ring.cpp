@@ -14,12 +14,14 @@ using Eigen::Vector2d;
 constexpr double inner_radii = 1.3, outer_radii = 2.5, max_radii = 8;
 constexpr std::size_t min_nodes = 6;
 
-std::vector<std::int32_t> ring_nodes(const SurfaceNeighbourhood& around, double radius) {
+std::vector<std::int32_t> ring_nodes(const SurfaceNeighbourhood& around, const SurfacePatch& patch,
+                                     double radius) {
     std::vector<std::int32_t> nodes;
     for (double outer = outer_radii; nodes.size() < min_nodes && outer <= max_radii; outer *= 1.3) {
         nodes.clear();
         for (const auto& [node, distance] : around.distances(outer * radius))
-            if (distance > inner_radii * radius) nodes.push_back(node);
+            if (distance > inner_radii * radius && !std::ranges::binary_search(patch.nodes, node))
+                nodes.push_back(node);
     }
     if (nodes.size() < min_nodes) nodes.clear();
     return nodes;
@@ -52,7 +54,7 @@ SurfaceRing surface_ring(const SurfaceNeighbourhood& around, const SurfacePatch&
                          double radius) {
     const TetMesh& mesh = around.mesh();
     SurfaceRing ring;
-    ring.nodes = ring_nodes(around, radius);
+    ring.nodes = ring_nodes(around, patch, radius);
     for (const std::int32_t n : patch.nodes)
         ring.middle += mesh.nodes[n] / static_cast<double>(patch.nodes.size());
     const Vector3 side = patch.normal.unitOrthogonal(), other = patch.normal.cross(side);

@@ -18,7 +18,7 @@ struct SurfaceRing {
     Vector3 interpolate(std::span<const Vector3> values) const;
 };
 
-/// The ring about a patch of `around` with the given radius (m): the nodes between 1.3 and 2.5
+/// The ring about a patch of `around` with the given radius (m): the nodes outside it, between 1.3 and 2.5
 /// radii from its point `at` along the surface, or up to as many radii, at most 8, as take in six
 /// nodes. The weights
 ///

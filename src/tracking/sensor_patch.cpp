@@ -5,7 +5,6 @@
 #include <limits>
 #include <numbers>
 
-#include "mesh/quadratic.hpp"
 #include "tracking/poses.hpp"
 
 namespace livetet {
@@ -146,7 +145,7 @@ double SensorPatch::place(const TetMesh& mesh, std::span<const std::int32_t> sur
     for (std::size_t n = 0; n < now.nodes.size(); ++n) now.nodes[n] += displacement[n];
     const SurfaceNeighbourhood around(now, place);
     const SurfacePatch patch = around.patch(options_.radius);
-    nodes_ = with_edge_nodes_between(now, patch.nodes);
+    nodes_ = patch.nodes;
     for (const std::int32_t n : nodes_) placed_.push_back({displacement[n], now.nodes[n]});
     ring_ = surface_ring(around, patch, options_.radius);
     ring_placed_ = ring_.interpolate(displacement);
@@ -165,7 +164,7 @@ void SensorPatch::find_wider(const SurfaceNeighbourhood& around, double area) {
     // a patch grows by whole nodes: at least by half the spread, or the slope is of single nodes
     for (int k = 0; k < tries && wider_by_ < options_.radius_spread / 2; ++k, more *= 1.5) {
         const SurfacePatch patch = around.patch(options_.radius + more);
-        wider_ = with_edge_nodes_between(around.mesh(), patch.nodes);
+        wider_ = patch.nodes;
         wider_by_ = radius_of(patch.area) - radius_of(area);
     }
 }

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <numbers>
 
+#include "mesh/quadratic.hpp"
 #include "mesh/shapes.hpp"
 
 namespace livetet {
@@ -70,21 +72,49 @@ TEST(SurfacePatch, lies_about_the_place_and_not_about_a_node) {
     for (const double beside : {0., 0.25, 0.45}) {
         const Vector3 place(0.1 + beside * cell, 0.1, 0.01);
         const SurfacePatch patch = surface_patch(mesh, place, 0.0155);
+        double farthest = 0, nearest = 1;  // of those in the patch, and of the others
         for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
             const bool in = std::ranges::binary_search(patch.nodes, static_cast<std::int32_t>(n));
             const double distance = (mesh.nodes[n] - place).norm();
-            const bool is_below = mesh.nodes[n].z() < 0.005;
-            if (is_below || distance > 0.0155) {
-                EXPECT_FALSE(in) << distance;
-            } else if (distance < 0.0152) {
-                EXPECT_TRUE(in) << distance;
-            }
+            if (mesh.nodes[n].z() < 0.005)
+                EXPECT_FALSE(in);
+            else if (in)
+                farthest = std::max(farthest, distance);
+            else
+                nearest = std::min(nearest, distance);
         }
-        Vector3 mean = Vector3::Zero();
-        for (const std::int32_t n : patch.nodes)
-            mean += (mesh.nodes[n] - place) / static_cast<double>(patch.nodes.size());
-        EXPECT_LT((patch.off_centre - mean).norm(), 1e-12) << "all nodes have the same area";
+        EXPECT_LT(farthest, 1.02 * nearest) << "the nearest nodes, to what distances are known";
+        EXPECT_GT(farthest, 0.0145);
+        EXPECT_LT(farthest, 0.0155 + cell);
         EXPECT_LT(patch.off_centre.norm(), 0.4 * cell);
+    }
+}
+
+/// As many nodes as hold the disc's area: triangles with all corners in the patch, and a sixth of
+/// the others for each corner. The middles of edges of ten-node tets are corners, too.
+TEST(SurfacePatch, holds_the_area_of_the_disc) {
+    const TetMesh four = shapes::box({0.2, 0.2, 0.01}, {40, 40, 1}),
+                  ten = quadratic_mesh(shapes::box({0.2, 0.2, 0.01}, {20, 20, 1}));
+    for (const double radius : {0.012, 0.015, 0.0187, 0.03}) {
+        const SurfacePatch patch = surface_patch(four, {0.1013, 0.0988, 0.01}, radius);
+        const double disc = std::numbers::pi * radius * radius;
+        EXPECT_NEAR(patch.disc_area, disc, 0.02 * disc);
+        EXPECT_NEAR(patch.area, patch.disc_area, 2.5e-5) << "one cell";
+        double held = 0;
+        for (const Triangle& t : boundary_triangles(four.tets)) {
+            const auto corners = std::ranges::count_if(
+                t, [&](std::int32_t n) { return std::ranges::binary_search(patch.nodes, n); });
+            const double area = (four.nodes[t[1]] - four.nodes[t[0]])
+                                    .cross(four.nodes[t[2]] - four.nodes[t[0]])
+                                    .norm() /
+                                2;
+            held += (corners == 3 ? 1 : static_cast<double>(corners) / 6) * area;
+        }
+        EXPECT_NEAR(patch.area, held, 1e-12);
+        const SurfacePatch of_ten = surface_patch(ten, {0.1013, 0.0988, 0.01}, radius);
+        EXPECT_NEAR(of_ten.area, of_ten.disc_area, 2.5e-5);
+        EXPECT_NEAR(static_cast<double>(of_ten.nodes.size()),
+                    static_cast<double>(patch.nodes.size()), 0.2 * patch.nodes.size());
     }
 }
 

@@ -27,7 +27,7 @@ TEST(SurfaceRing, LiesAroundThePatchAndIsExactForLinearFields) {
         EXPECT_LT(least, 0.95 * most) << "it reaches over an edge, and is not symmetric";
         EXPECT_GE(least, 0);
         for (const std::int32_t n : ring.nodes) {
-            const double away = (mesh.nodes[n] - patch.at.place).norm();
+            const double away = (mesh.nodes[n] - patch.at).norm();
             EXPECT_GT(away, 1.25 * radius);
             EXPECT_LT(away, 2.5 * radius);
             EXPECT_FALSE(std::binary_search(patch.nodes.begin(), patch.nodes.end(), n));
