@@ -16,9 +16,6 @@ namespace livetet {
 namespace {
 
 constexpr double riding_radius = 0.006;  // of a model's patch, m
-/// The pressing disc has a rounded rim. With a sharp one the body does not come to rest beyond 27
-/// mm.
-constexpr double flat_share_of_radius = 0.6, rim_share = 0.65;
 
 struct SensorRing {
     double tilt_deg;  ///< angle from the pressed position, seen from `depth_of_centre` below it
@@ -81,10 +78,13 @@ PressedOrgan press_organ(const PhantomImages& images, int tets, std::vector<doub
     for (const Vector3& place : places)
         for (const Vector3& p : places_around(place))
             points.push_back({fmt::format("S{}", points.size()), p});
-    solve_truth(
-        with_quadratic_level(mesh_for_truth(images.labels, images.fixed_mask, tets, progress)),
-        points, organ.truth, progress,
-        {"neohookean", rim_share, flat_share_of_radius * body.patch_radius, body.poisson});
+    std::optional<FineSphere> finer;
+    if (body.patch_edge > 0) finer = {places.front(), 1.5 * body.patch_radius, body.patch_edge};
+    TruthModel model = rounded_press(body.patch_radius, body.poisson);
+    if (body.sharp_rim) model.rim_share = 1;
+    solve_truth(with_quadratic_level(
+                    mesh_for_truth(images.labels, images.fixed_mask, tets, progress, finer)),
+                points, organ.truth, progress, model);
 
     auto next = organ.truth.targets.begin() + static_cast<std::ptrdiff_t>(targets.size());
     const auto first = next;

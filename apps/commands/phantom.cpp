@@ -84,8 +84,8 @@ void add_phantom_command(CLI::App& app) {
     command->add_option("--rate-Hz", o.rate_Hz, "tracker samples a second")->capture_default_str();
     command
         ->add_option("--truth-tets", o.truth_tets,
-                     "approximate number of tetrahedra of the true organ; should exceed that of "
-                     "the mesh to be judged")
+                     "approximate number of ten-node tetrahedra of the true organ, which is "
+                     "neo-Hookean")
         ->capture_default_str();
     command->callback([a] { run(*a); });
 }

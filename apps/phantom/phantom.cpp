@@ -18,6 +18,7 @@
 #include "io/image_file.hpp"
 #include "io/points_csv.hpp"
 #include "io/sequence_file.hpp"
+#include "mesh/quadratic.hpp"
 
 namespace livetet {
 
@@ -194,9 +195,13 @@ std::vector<fs::path> write_phantom(const fs::path& folder, const PhantomOptions
     write_sequence(pending.add("press.igs.mha"), recordings.press);
 
     Truth truth = true_motion(phantom_tracker(options), recordings.press);
-    solve_truth(mesh_for_truth(images.labels, images.fixed_mask, options.truth_tets,
-                               part_of(progress, 0.06, 0.4, "mesh of the truth")),
-                phantom::targets(), truth, part_of(progress, 0.4, 0.99, "truth"));
+    constexpr double edge_at_patch = 0.003;
+    const FineSphere finer{truth.sensor_rest, 1.5 * truth.patch_radius, edge_at_patch};
+    solve_truth(with_quadratic_level(
+                    mesh_for_truth(images.labels, images.fixed_mask, options.truth_tets,
+                                   part_of(progress, 0.06, 0.2, "mesh of the truth"), finer)),
+                phantom::targets(), truth, part_of(progress, 0.2, 0.99, "truth"),
+                rounded_press(truth.patch_radius));
     write_truth(pending.add("truth/truth.json"), truth);
     write_points_csv(pending.add("targets.csv"), marked_targets());
     write_text_file(pending.add("scene.yaml"), phantom_track_scene(truth));

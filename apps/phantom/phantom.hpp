@@ -21,7 +21,7 @@ struct PhantomOptions {
     double position_noise_mm = 1.4;   ///< RMS error of a tracked position
     double rotation_noise_deg = 0.5;  ///< RMS error of a tracked rotation
     double rate_Hz = 15;
-    int truth_tets = 150000;
+    int truth_tets = 16000;
 };
 
 /// Throws Error, naming the option, if one is invalid.

@@ -14,7 +14,7 @@ materials:                   # one for each region of the mesh; a liver is one r
     poisson: 0.45            # nearly incompressible
     density_kg_per_m3: 1060
 
-strain: corotated            # each element's frame turns with it: right for large rotations
+strain: neohookean           # keeps its volume as tissue does, at large strain and rotation
 
 fix:
   - group: fixed             # the nodes under fixed_mask.nii.gz: the lower surface stays where it is

@@ -63,7 +63,7 @@ std::vector<PressedNode> pressed_nodes(const TetMesh& mesh, const Truth& truth,
                                        const TruthModel& model) {
     std::vector<PressedNode> pressed;
     const auto patch = surface_patch(mesh, truth.sensor_rest, truth.patch_radius).nodes;
-    for (const std::int32_t n : with_edge_nodes_between(mesh, patch)) {
+    for (const std::int32_t n : patch) {
         const double beyond = (mesh.nodes[n] - truth.sensor_rest).norm() - model.flat_radius;
         const double way = smooth_step(beyond / (truth.patch_radius - model.flat_radius));
         pressed.push_back({n, 1 - (1 - model.rim_share) * way});
@@ -103,9 +103,15 @@ double press(DeformableBody& body, std::span<const PressedNode> pressed,
 
 }  // namespace
 
+TruthModel rounded_press(double patch_radius, double poisson) {
+    return {"neohookean", 0.65, 0.6 * patch_radius, poisson};
+}
+
 MeshHierarchy mesh_for_truth(const LabelImage& labels, const LabelImage& fixed_mask, int tets,
-                             const ProgressCallback& progress) {
+                             const ProgressCallback& progress,
+                             const std::optional<FineSphere>& finer) {
     MeshingOptions options;
+    if (finer) options.finer.push_back(*finer);
     options.target_tets = tets;
     options.target_tolerance = 0.3;  // only needs to be finer than the scene's
     options.levels = 4;

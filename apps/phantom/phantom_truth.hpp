@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -8,14 +9,17 @@
 #include "image/image.hpp"
 #include "mechanics/material.hpp"
 #include "mesh/hierarchy.hpp"
+#include "meshing/options.hpp"
 #include "tracking/fiducials.hpp"
 
 namespace livetet {
 
 /// Meshes the organ for the truth: from the label map like a scene's mesh, with `tets` on the
-/// finest level. Nodes under the mask are the set "fixed". Throws Error if meshing fails.
+/// finest level, and shorter edges in the sphere `finer` if one is given. Nodes under the mask are
+/// the set "fixed". Throws Error if meshing fails.
 MeshHierarchy mesh_for_truth(const LabelImage& labels, const LabelImage& fixed_mask, int tets,
-                             const ProgressCallback& progress = {});
+                             const ProgressCallback& progress = {},
+                             const std::optional<FineSphere>& finer = {});
 
 /// Model of the pressed body and of the press.
 struct TruthModel {
@@ -26,6 +30,11 @@ struct TruthModel {
         0;  ///< radius that moves by the whole depth, m; from there to the rim a smooth step
     double poisson = Material{}.poisson;
 };
+
+/// Tissue pressed by a disc with a rounded rim: neo-Hookean; the inner 60 % of the radius move by the
+/// whole depth, the rim by 65 % of it. (With a sharp rim the phantom does not come to rest beyond
+/// 27 mm.)
+TruthModel rounded_press(double patch_radius, double poisson = Material{}.poisson);
 
 /// Computes the targets' displacements at each of `truth.depths`: the equilibrium of a scene's
 /// default material but for the model's values, on P1 or P2 tets, with the set "fixed" at rest and

@@ -307,7 +307,7 @@ TEST(Phantom, TheSameSeedGivesTheSameBytesAndTheFolderHoldsTogether) {
     const PetscSession session(
         "phantom_test", {});  // MPI starts once in a process: all that solves is in this test
     const fs::path folder = fresh_folder();
-    const PhantomOptions options{.seed = 5, .spacing_mm = 3, .truth_tets = 8000};
+    const PhantomOptions options{.seed = 5, .spacing_mm = 3, .truth_tets = 6000};
     const auto names = write_phantom(folder / "one", options);
     (void)write_phantom(folder / "two", options);
     for (const fs::path& name : names) {
