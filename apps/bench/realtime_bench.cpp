@@ -8,6 +8,7 @@
 #include "apps/bench/figure_option.hpp"
 #include "apps/bench/memory_bandwidth.hpp"
 #include "apps/bench/realtime_cases.hpp"
+#include "apps/bench/realtime_front.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "solvers/parallel/petsc_session.hpp"
@@ -31,8 +32,8 @@ int bench_realtime(const RealtimeArguments& arguments) {
                arguments.sizes.end();
     };
     for (const std::string& name : arguments.sizes)
-        if (name != "P60" && name != "V68" && name != "beamA" && name != "beamB")
-            fail("--size {}: no such case, there are P60, V68, beamA, beamB", name);
+        if (name != "P60" && name != "V68" && name != "beamA" && name != "beamB" && name != "front")
+            fail("--size {}: no such case, there are P60, V68, beamA, beamB, front", name);
     const int threads =
         arguments.threads > 0
             ? arguments.threads
@@ -65,14 +66,24 @@ int bench_realtime(const RealtimeArguments& arguments) {
         if (requested(size.name) && arguments.frames > 0)
             keep(measure_beam(size, mesh_beam(size.edge_m, progress.callback()), arguments.threads,
                               bandwidth, progress));
+    nlohmann::json front;
+    if (requested("front")) {
+        const std::vector<FrontRow> rows = measure_front(
+            {std::max(60, arguments.frames), arguments.truth_tets, arguments.threads}, progress);
+        print_front(rows);
+        front = json_of(rows);
+        charts.push_back(chart_of(rows));
+    }
     bool all = true;
     nlohmann::json list = nlohmann::json::array();
     for (const RealtimeResult& r : results) {
         list.push_back(json_of(r));
         all = all && r.meets_target();
     }
+    if (!front.is_null()) list.push_back({{"name", "front"}, {"rows", front}});
     if (!arguments.json.empty()) write_text_file(arguments.json, list.dump(2) + "\n");
-    if (!charts.empty()) write_work_precision_picture(arguments.figure, charts);
+    if (!charts.empty() && !arguments.figure.empty())
+        write_work_precision_picture(arguments.figure, charts);
     return all ? 0 : 1;
 }
 
@@ -85,7 +96,8 @@ void add_realtime_benchmark(CLI::App& bench, int& status) {
         "status 1 if a target is missed");
     auto a = std::make_shared<RealtimeArguments>();
     command->add_option("--size", a->sizes,
-                        "cases: P60, V68 (the phantom), beamA, beamB; default: all");
+                        "cases: P60, V68 (the phantom), beamA, beamB, front (whole error "
+                        "against frame time, by elements and law); default: all");
     command
         ->add_option("--frames", a->frames,
                      "timed frames of each phantom case; 0: none, for --figure alone")
@@ -96,6 +108,9 @@ void add_realtime_benchmark(CLI::App& bench, int& status) {
                      "0: one a core, at most 4 and at most one for each 500 nodes")
         ->capture_default_str()
         ->check(CLI::Range(0, 64));
+    command->add_option("--truth-tets", a->truth_tets, "ten-node tets of the true organ of front")
+        ->capture_default_str()
+        ->check(CLI::Range(500, 1000000));
     command->add_option("--json", a->json, "write the figures of every case to this file");
     add_figure_option(*command, "--figure", a->figure,
                       "draw error against frame time for each method, on the mesh of the first "

@@ -11,9 +11,10 @@ namespace livetet {
 
 /// `livetet bench realtime`.
 struct RealtimeArguments {
-    std::vector<std::string> sizes{"P60", "V68", "beamA", "beamB"};
-    int frames = 1000;  ///< timed frames of each phantom case
-    int threads = 0;    ///< see solver.threads
+    std::vector<std::string> sizes{"P60", "V68", "beamA", "beamB", "front"};
+    int frames = 1000;       ///< timed frames of each phantom case
+    int threads = 0;         ///< see solver.threads
+    int truth_tets = 14000;  ///< ten-node tets of the true organ of the case front
     std::filesystem::path json, figure;
 };
 

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include <string>
+#include <vector>
+
+#include "apps/plots/pictures.hpp"
+#include "base/distribution.hpp"
+#include "base/progress.hpp"
+
+namespace livetet {
+
+/// Frames of one kind of tets, law and mesh with a fixed number of iterations. The errors are whole:
+/// of elements, law, patch and solver, against the truth.
+struct FrontRow {
+    std::string elements, law;
+    std::size_t tets = 0, nodes = 0;
+    int iterations = 0;
+    Distribution seconds;                              ///< of a frame
+    double forces_s = 0, operator_s = 0, solve_s = 0;  ///< means of its stages
+    double solver = 0;  ///< RMS over nodes, of the distance from the converged frame, m
+    double rms = 0;     ///< RMS over targets and frames, of the distance from the truth, m
+    double worst = 0;   ///< of the same distances, m
+};
+
+struct FrontOptions {
+    int frames = 180;        ///< timed frames of each row
+    int truth_tets = 14000;  ///< ten-node tets of the truth
+    int threads = 0;         ///< see solver.threads
+};
+
+/// The phantom pressed by 15 mm once a second, sixty frames a second, by a sensor without noise;
+/// static, with four-node and ten-node tets of several meshes, corotated and neo-Hookean. Truth:
+/// `press_organ` with a flat disc and edges of 2 mm there. Poisson's ratio 0.45.
+std::vector<FrontRow> measure_front(const FrontOptions& options, ProgressLine& progress);
+
+void print_front(const std::vector<FrontRow>& rows);
+nlohmann::json json_of(const std::vector<FrontRow>& rows);
+/// Error against median frame time, a line for each kind of tets and law.
+WorkPrecisionChart chart_of(const std::vector<FrontRow>& rows);
+
+}  // namespace livetet
