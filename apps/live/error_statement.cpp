@@ -108,8 +108,8 @@ void ErrorStatement::start(std::span<const SensorPatch* const> patches,
     std::vector<ResponsePatch> all;
     for (const SensorPatch* p : patches)
         all.push_back({p->nodes(), p->wider_nodes(), p->wider_by(), p->options().radius_spread,
-                       p->drive().base()->translation, p->options().radius, p->options().stiffness,
-                       p->options().drive.motion == DriveMotion::rigid});
+                       p->drive().base()->translation, p->rest_place(), p->options().radius,
+                       p->options().stiffness, p->options().drive.motion == DriveMotion::rigid});
     terms_.assign(patches.size(), {});
     responses_.start(std::move(all), fix);
 }

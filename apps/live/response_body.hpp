@@ -15,6 +15,7 @@ struct ResponsePatch {
     std::vector<std::int32_t> nodes{}, wider_nodes{};
     double wider_by = 0, radius_spread = 0;  ///< of its radius, m
     Vector3 centre = Vector3::Zero();        ///< about which it turns: the sensor's base, m
+    Vector3 place = Vector3::Zero();         ///< where it lies on the body at rest, m
     double radius = 0;                       ///< m
     std::optional<double> stiffness{};       ///< of springs, N/m; none: prescribed
     bool turns = false;                      ///< it follows the sensor's rotation

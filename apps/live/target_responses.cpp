@@ -265,7 +265,7 @@ double TargetResponses::vary_fix(FixOptions& fix, FixValue value) const {
 void TargetResponses::find_patches_on(const TetMesh& mesh) {
     other_patches_ = patches_;
     for (ResponsePatch& patch : other_patches_)
-        patch.nodes = surface_patch(mesh, patch.centre, patch.radius).nodes;
+        patch.nodes = surface_patch(mesh, patch.place, patch.radius).nodes;
 }
 
 void TargetResponses::solve(const Unit& unit) {

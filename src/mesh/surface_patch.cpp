@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 #include <utility>
 
 #include "geometry/nearest_triangle.hpp"
@@ -90,10 +91,17 @@ double longest_edge_near(const TetMesh& mesh, std::span<const Triangle> triangle
 
 }  // namespace
 
+std::size_t SurfaceNeighbourhood::surface_node_count() const {
+    std::set<std::int32_t> nodes;
+    for (const Triangle& t : surface_) nodes.insert(t.begin(), t.end());
+    return nodes.size();
+}
+
 SurfacePatch SurfaceNeighbourhood::patch(double radius) const {
     SurfacePatch patch;
     patch.distance = distance_;
     patch.at = at_.place;
+    patch.triangle = surface_[at_.triangle];
     patch.centre = centre_;
     // Far enough for all triangles that the disc touches.
     const double reach = radius + 2 * longest_edge_near(mesh_, surface_, at_.place, radius);
@@ -122,7 +130,7 @@ void SurfaceNeighbourhood::choose_nodes(SurfacePatch& patch,
             if (distances.contains(n)) around[n].push_back(&t);
     constexpr double same = 1e-6;  // of the distance
     std::map<const Triangle*, int> corners;
-    double held = 0, nearest = std::abs(patch.disc_area);
+    double held = 0, nearest = patch.disc_area;
     std::size_t count = 0;
     for (std::size_t k = 0; k < order.size();) {
         const double distance = order[k].first;
@@ -144,9 +152,7 @@ void SurfaceNeighbourhood::choose_nodes(SurfacePatch& patch,
 
 /// Finds a patch's area, normal and centroid.
 void SurfaceNeighbourhood::find_shape(SurfacePatch& patch) const {
-    Vector3 moment = Vector3::Zero(), normal = Vector3::Zero(), mean = Vector3::Zero();
-    for (const std::int32_t n : patch.nodes)
-        mean += (mesh_.nodes[n] - at_.place) / static_cast<double>(patch.nodes.size());
+    Vector3 moment = Vector3::Zero(), normal = Vector3::Zero();
     for (const Triangle& t : surface_) {
         int corners = 0;
         Vector3 middle = Vector3::Zero();
@@ -160,13 +166,11 @@ void SurfaceNeighbourhood::find_shape(SurfacePatch& patch) const {
         moment += held.norm() * (middle / corners - at_.place);
         normal += held;
     }
-    if (!(normal.norm() > 0)) {  // no triangle is held
+    moment /= patch.area;
+    if (!(normal.norm() > 1e-3 * patch.area)) {  // round a body, or both sides of a plate
         const Triangle& t = surface_[at_.triangle];
         normal =
             (mesh_.nodes[t[1]] - mesh_.nodes[t[0]]).cross(mesh_.nodes[t[2]] - mesh_.nodes[t[0]]);
-        moment = mean;
-    } else {
-        moment /= patch.area;
     }
     patch.normal = normal.normalized();
     patch.off_centre = moment - moment.dot(patch.normal) * patch.normal;

@@ -13,6 +13,7 @@ namespace livetet {
 struct SurfacePatch {
     std::vector<std::int32_t> nodes;  ///< sorted
     Vector3 at = Vector3::Zero();     ///< the point of the surface nearest to the given place, m
+    Triangle triangle{};              ///< in which that point lies
     /// Node nearest to the given place, of the triangle nearest to it.
     std::int32_t centre = -1;
     double distance = 0;   ///< distance from the place to that triangle, metres
@@ -47,6 +48,7 @@ class SurfaceNeighbourhood {
         return distances_on_surface(mesh_.nodes, surface_, at_, radius);
     }
     const TetMesh& mesh() const { return mesh_; }
+    std::size_t surface_node_count() const;
 
   private:
     void choose_nodes(SurfacePatch& patch, const std::map<std::int32_t, double>& distances) const;

@@ -8,7 +8,7 @@
 
 namespace livetet {
 
-/// Corner nodes of a surface around a patch, which tell how the tissue about it moves.
+/// Nodes of a surface around a patch, which tell how the tissue about it moves.
 struct SurfaceRing {
     std::vector<std::int32_t> nodes;   ///< sorted; empty if there are too few of them
     std::vector<double> weights;       ///< one a node; their sum is 1
@@ -18,9 +18,9 @@ struct SurfaceRing {
     Vector3 interpolate(std::span<const Vector3> values) const;
 };
 
-/// The ring about a patch of `around` with the given radius (m): the nodes outside it, between 1.3 and 2.5
-/// radii from its point `at` along the surface, or up to as many radii, at most 8, as take in six
-/// nodes. The weights
+/// The ring about a patch of `around` with the given radius (m): the nodes outside it, between 1.3
+/// and 2.5 radii from its point `at` along the surface, or up to as many radii, at most 8, as take
+/// in six nodes. The weights
 ///
 ///     w_i = (1 - c . M^-1 (y_i - c)) / N,     c = mean of y,     M = mean of (y - c) (y - c)^T,
 ///

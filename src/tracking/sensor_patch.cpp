@@ -36,6 +36,19 @@ double variance_of(const MotionFilter& filter) {
     return std::pow(filter.noise_ratio() * filter.options().noise_rms, 2) / 3;
 }
 
+/// The patch's place on the body at rest: the same point of its triangle.
+Eigen::Vector3d at_rest(const TetMesh& rest, const TetMesh& now, const SurfacePatch& patch) {
+    Eigen::Vector3d place = Eigen::Vector3d::Zero();
+    double whole = 0;
+    for (int k = 0; k < 3; ++k) {
+        const std::int32_t next = patch.triangle[(k + 1) % 3], other = patch.triangle[(k + 2) % 3];
+        const double share = (now.nodes[next] - patch.at).cross(now.nodes[other] - patch.at).norm();
+        place += share * rest.nodes[patch.triangle[k]];
+        whole += share;
+    }
+    return place / whole;
+}
+
 }  // namespace
 
 SensorTrouble trouble_of(const TrackedPose& pose, PoseVerdict verdict) {
@@ -150,6 +163,7 @@ double SensorPatch::place(const TetMesh& mesh, std::span<const std::int32_t> sur
     ring_ = surface_ring(around, patch, options_.radius);
     ring_placed_ = ring_.interpolate(displacement);
     centre_ = now.nodes[patch.centre];
+    rest_place_ = at_rest(mesh, now, patch);
     off_centre_ = patch.off_centre;
     normal_ = patch.normal;
     find_wider(around, patch.area);
@@ -166,6 +180,7 @@ void SensorPatch::find_wider(const SurfaceNeighbourhood& around, double area) {
         const SurfacePatch patch = around.patch(options_.radius + more);
         wider_ = patch.nodes;
         wider_by_ = radius_of(patch.area) - radius_of(area);
+        if (patch.nodes.size() == around.surface_node_count()) break;  // all of the surface
     }
 }
 

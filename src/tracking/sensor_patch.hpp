@@ -133,6 +133,8 @@ class SensorPatch {
     std::optional<PatchError> error() const;
     /// From the sensor's base to the centroid of the patch, along the surface, m.
     const Eigen::Vector3d& off_centre() const { return off_centre_; }
+    /// Where the sensor was placed on the body at rest, m.
+    const Eigen::Vector3d& rest_place() const { return rest_place_; }
     /// Outward normal of the surface at the patch, when it was placed.
     const Eigen::Vector3d& normal() const { return normal_; }
     /// The nodes of a patch whose radius is greater by wider_by(), m: by the radius' spread, or by
@@ -161,6 +163,7 @@ class SensorPatch {
     std::vector<Placed> placed_;
     Eigen::Vector3d centre_ = Eigen::Vector3d::Zero(), off_centre_ = Eigen::Vector3d::Zero(),
                     normal_ = Eigen::Vector3d::UnitZ();
+    Eigen::Vector3d rest_place_ = Eigen::Vector3d::Zero();
     std::vector<std::int32_t> wider_;
     double wider_by_ = 0;
     double reference_share_ = 0.5;  ///< of the mean square of the translation's noise

@@ -51,6 +51,10 @@ class PressedBar : public ::testing::Test {
     static Vector3 motion() { return {0.002, -0.001, -0.004}; }
     static const TargetBlock& block() { return state_->block; }
     static const std::vector<std::int32_t>& nodes() { return state_->pressed.nodes(); }
+    /// The same patch on another mesh of the bar.
+    static std::vector<std::int32_t> nodes_of(const StaticBody& body) {
+        return surface_patch(body.mesh(), sensor_place(), options().radius).nodes;
+    }
     /// Of the bar's nodes in the linear model.
     static const std::vector<Vector3>& linear() { return state_->linear; }
     static std::vector<Vector3> at_targets(const StaticBody& body, const std::vector<Vector3>& u) {
@@ -157,7 +161,7 @@ TEST_F(PressedBar, TheRadiusOfThePatchErrsAsStated) {
     Scene ten_nodes = block().scene;
     ten_nodes.elements = Elements::p2;
     StaticBody fine(ten_nodes, block().hierarchy);
-    const auto by_fine = at_targets(fine, fine.moved(nodes(), motion()));
+    const auto by_fine = at_targets(fine, fine.moved(nodes_of(fine), motion()));
     const FrameStatement all = stated(linear());
 
     NormalDraws draws(82);
@@ -182,7 +186,7 @@ TEST_F(PressedBar, ElementsLawAndSolverAreTheDifferencesOfBodies) {
     StaticBody of_large_strain(block().scene, block().hierarchy, "corotated");
     const auto of_large = of_large_strain.moved(nodes(), motion());
     const auto u = at_targets(model, linear()), by_large = at_targets(model, of_large);
-    const auto by_fine = at_targets(fine, fine.moved(nodes(), motion()));
+    const auto by_fine = at_targets(fine, fine.moved(nodes_of(fine), motion()));
     constexpr double solver_error = 2e-5;
     const FrameStatement at_linear = stated(linear()), at_large = stated(of_large);
     const FrameStatement cut_short = stated(linear(), nullptr, solver_error);

@@ -85,7 +85,9 @@ struct Stated {
                           .wider_nodes = patch.wider_nodes(),
                           .wider_by = patch.wider_by(),
                           .radius_spread = patch.options().radius_spread,
-                          .centre = patch.drive().base()->translation}},
+                          .centre = patch.drive().base()->translation,
+                          .place = patch.rest_place(),
+                          .radius = patch.options().radius}},
                         block.scene.fix);
         while (responses.work()) {
         }

@@ -109,10 +109,10 @@ class StaticBody {
             constraints.prescribe(corners.subspan(k, 1), values[k]);
         return solved(constraints);
     }
-    /// The same where all are moved by one vector, with the nodes of the edges between them.
-    std::vector<Vector3> moved(const std::vector<std::int32_t>& corners, const Vector3& by) {
+    /// The same where all are moved by one vector.
+    std::vector<Vector3> moved(const std::vector<std::int32_t>& nodes, const Vector3& by) {
         Constraints constraints = held_;
-        constraints.prescribe(with_edge_nodes_between(body_.mesh(), corners), by);
+        constraints.prescribe(nodes, by);
         return solved(constraints);
     }
     std::vector<Vector3> sample(std::span<const Vector3> places,

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "apps/live/statement_fixture.hpp"
+#include "mesh/surface_patch.hpp"
 
 namespace livetet {
 namespace {
@@ -41,7 +42,9 @@ ResponsePatch patch_of(const StatedBlock& block) {
             .wider_nodes = top_within(block.mesh(), 0.021),
             .wider_by = 0.005,
             .radius_spread = 0.002,
-            .centre = {0.04, 0.04, 0.06}};
+            .centre = {0.04, 0.04, 0.06},
+            .place = {0.04, 0.04, 0.06},
+            .radius = 0.016};
 }
 
 /// All responses are what solves of bodies that differ so give.
@@ -64,8 +67,8 @@ TEST(TargetResponses, AreThoseOfBodiesThatDiffer) {
         const auto base = solved(block, block.scene, patch.nodes, axis);
         const auto wider = solved(block, block.scene, patch.wider_nodes, axis);
         const auto other = solved(block, stiffer, patch.nodes, axis);
-        const auto fine =
-            solved(block, ten_nodes, with_edge_nodes_between(quadratic, patch.nodes), axis);
+        const auto fine = solved(block, ten_nodes,
+                                 surface_patch(quadratic, patch.place, patch.radius).nodes, axis);
         for (std::size_t i = 0; i < block.places.size(); ++i) {
             const PatchResponse& r = responses.at(i, 0);
             const auto near = [&](const Vector3& found, const Vector3& expected, double within,
@@ -237,9 +240,13 @@ TEST(TargetResponses, OfALargeMeshOnSpringsLackTheElementsAndSaySoOnce) {
 TEST(TargetResponses, OfABodyThatOnlyItsPatchesHoldAreOneTogether) {
     StatedBlock block;
     const ResponsePatch top = patch_of(block);
-    ResponsePatch below{.nodes = test::nodes_where(block.mesh(), [](const Vector3& x) {
-                            return x.z() < 1e-4 && (x - Vector3(0.04, 0.04, 0)).norm() < 0.016;
-                        })};
+    ResponsePatch below{.nodes = test::nodes_where(
+                            block.mesh(),
+                            [](const Vector3& x) {
+                                return x.z() < 1e-4 && (x - Vector3(0.04, 0.04, 0)).norm() < 0.016;
+                            }),
+                        .place = {0.04, 0.04, 0},
+                        .radius = 0.016};
     below.wider_nodes = below.nodes;
     TargetResponses responses(block.scene, block.hierarchy, block.places);
     responses.start({top, below}, {});
