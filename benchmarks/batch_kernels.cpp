@@ -226,8 +226,8 @@ void assemble_batched(benchmark::State& state) {
            k.batch_bytes + bytes_of(k.rotations) + k.s.pattern.bytes() + 2 * bytes_of(k.values));
 }
 
-/// Tets of `nodes` nodes with laws written for lanes, in float. Of ten nodes: about 8,000 and 48,000
-/// tets, as many nodes as the blocks above have.
+/// Tets of `nodes` nodes with laws written for lanes, in float. Of ten nodes: about 8,000 and
+/// 48,000 tets, as many nodes as the blocks above have.
 template <int nodes>
 struct WithLaw {
     TetMesh mesh;

@@ -75,7 +75,7 @@ std::string known_limit(const StabilityCase& c, const StabilityColumn& column) {
                "Newmark's "
                "steps damp nothing that they do not resolve";
     if (tracked && c.poisson > 0.499)
-        return "track takes P1 by displacements: at a Poisson's ratio beyond 0.499 a frame's "
+        return "track takes tets by displacements: at a Poisson's ratio beyond 0.499 a frame's "
                "iterations do not converge in its budget";
     if ((c.motion == PatchMotion::jump || c.motion == PatchMotion::through) && !tracked &&
         column.strain->kinematics() == Kinematics::corotated)

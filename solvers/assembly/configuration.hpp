@@ -14,7 +14,7 @@ namespace livetet {
 struct ElementRotations {
     std::vector<Eigen::Matrix3d> points;         ///< of tet e, point q: e * points + q
     std::vector<RotationBatch<double>> batches;  ///< P1 by displacements
-    std::vector<RotationBatch<float>> single;    ///< P1 by displacements, without a matrix
+    std::vector<RotationBatch<float>> single;    ///< without a matrix; of points, or tets
     std::vector<float>
         single_u;  ///< with `single`: u that they were taken at, m, one number behind
 

@@ -187,6 +187,7 @@ ElementRotations LevelAssembler::make_rotations() const {
     ElementRotations rotations;
     if (single_) {
         rotations.single = TetBatches<float>::make_fixed_rotations();
+        if (keeps_displacement()) rotations.single_u.assign(3 * share_.nodes.size() + 1, 0.0F);
         if (!rotates_) return rotations;
         // Of each point where they belong to the law, else of each tet.
         rotations.single.assign(
@@ -194,7 +195,6 @@ ElementRotations LevelAssembler::make_rotations() const {
                 ? std::visit([](const auto& b) { return b.points * b.all().end; }, single_->batches)
                 : single_->batch_count(),
             rotations.single.front());
-        rotations.single_u.assign(3 * share_.nodes.size() + 1, 0.0F);
     } else if (batches_) {
         rotations.batches =
             rotates_ ? batches_->make_rotations() : TetBatches<double>::make_fixed_rotations();
@@ -206,7 +206,7 @@ ElementRotations LevelAssembler::make_rotations() const {
 }
 
 void LevelAssembler::update_rotations(Vec u, ElementRotations& rotations) const {
-    if (!rotates_) return;
+    if (!rotates_ && !keeps_displacement()) return;
     const LocalValues values(u);
     if (single_) {
         std::vector<float>& to = rotations.single_u;

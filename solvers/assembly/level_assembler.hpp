@@ -11,6 +11,7 @@
 #include "base/thread_team.hpp"
 #include "mechanics/batch_law.hpp"
 #include "mechanics/material.hpp"
+#include "mechanics/rotation.hpp"
 #include "solvers/assembly/block_matrix.hpp"
 #include "solvers/assembly/configuration.hpp"
 #include "solvers/assembly/operator_terms.hpp"
@@ -126,8 +127,8 @@ class LevelAssembler {
 
     /// Whether `frozen_force` can be had: linear or corotated strain over batches.
     bool has_frozen_force() const { return batches_ || (single_ && &single_->law == &hooke_law()); }
-    /// f = elastic force at the displacement `y` (ghosts up to date) by given rotations, of which it
-    /// is affine in y.
+    /// f = elastic force at the displacement `y` (ghosts up to date) by given rotations, of which
+    /// it is affine in y.
     void frozen_force(Vec y, const ElementRotations& rotations, Vec f) const;
 
     /// f += factor K v, K at `at`: with frozen rotations, or finite strain's exact tangent. Ghosts
@@ -211,6 +212,8 @@ class LevelAssembler {
         return {values.data(), 3 * share.nodes.size()};
     }
     bool is_mixed() const { return pressure_.has_value(); }
+    /// Whether ElementRotations keep the displacement: for the law of a level in single precision.
+    bool keeps_displacement() const { return single_ && (rotates_ || !has_frozen_force()); }
     /// Adds factor K at `at`.
     void add_stiffness(BlockMatrix::Filling& matrix, const Configuration& at, double factor,
                        Tangent tangent);
@@ -227,13 +230,16 @@ class LevelAssembler {
             u.col(i) = Eigen::Map<const Eigen::Vector3d>(values + 3 * share_.node(e, i));
         return u;
     }
-    Eigen::Matrix3d rotation(const Configuration& at, std::size_t e, int point, int points) const {
-        if (!rotates_) return Eigen::Matrix3d::Identity();
+    /// Of a quadrature point, where the model rotates; H = F - I there.
+    Eigen::Matrix3d rotation(const Configuration& at, std::size_t e, int point, int points,
+                             const Eigen::Matrix3d& H) const {
+        if (!rotates_ || moduli(e).model->kinematics() != Kinematics::corotated)
+            return Eigen::Matrix3d::Identity();
         const ElementRotations& r = *at.rotations;
         const std::size_t lane = lane_of_tet_.empty() ? e : lane_of_tet_[e];
         if (single_)  // of other laws, rotations are the preconditioner's
             return has_frozen_force() ? rotation_at<float>(r.single, lane, point, points)
-                                      : Eigen::Matrix3d::Identity().eval();
+                                      : rotation_of(Eigen::Matrix3d::Identity() + H);
         return batches_ ? rotation_at<double>(r.batches, lane) : r.points[e * points + point];
     }
     /// lambda theta, or the interpolated pressure.

@@ -23,7 +23,7 @@ void LevelAssembler::visit_points(const Configuration& at, Visit&& visit) const 
             for (int point = 0; point < Shape::points; ++point) {
                 const auto g = Shape::gradients(element, point);
                 const Eigen::Matrix3d H = values * g.transpose();
-                const Eigen::Matrix3d R = rotation(at, e, point, Shape::points);
+                const Eigen::Matrix3d R = rotation(at, e, point, Shape::points, H);
                 const double p = pressure_at(model, Shape{}, e, element.lambda, point,
                                              pressures ? pressures->data() : nullptr, H, R);
                 visit(model, Shape{}, e, element, point, g, H, R, p);
@@ -92,7 +92,7 @@ void LevelAssembler::visit_volume_strain(const Configuration& at, Visit&& visit)
             for (int point = 0; point < Shape::points; ++point) {
                 const auto g = Shape::gradients(element, point);
                 const Eigen::Matrix3d H = nodal * g.transpose();
-                const Eigen::Matrix3d R = rotation(at, e, point, Shape::points);
+                const Eigen::Matrix3d R = rotation(at, e, point, Shape::points, H);
                 visit(e, Shape::coordinates(point), element.volume / Shape::points,
                       model.volume_strain(H, R),
                       Nodal<nodes>(model.volume_strain_gradient(H, R) * g));

@@ -13,14 +13,13 @@ namespace {
 template <int nodes>
 using Nodal = Eigen::Matrix<double, 3, nodes>;
 
-/// Gradients and volume of a lane: V = 1 / (6 |det(g_1, g_2, g_3)|).
+/// Gradients of a lane, and its volume: that of V mu, which the batch holds.
 template <int nodes>
-TetElement element_at(const TetBatch<float, nodes>& b, int lane) {
+TetElement element_at(const TetBatch<float, nodes>& b, int lane, double mu) {
     TetElement e;
     for (int m = 0; m < 9; ++m) e.gradients(m % 3, 1 + m / 3) = b.gradients[m][lane];
-    const Eigen::Matrix3d g = e.gradients.rightCols<3>();
-    e.gradients.col(0) = -g.rowwise().sum();
-    e.volume = 1 / (6 * std::abs(g.determinant()));
+    e.gradients.col(0) = -e.gradients.rightCols<3>().rowwise().sum();
+    e.volume = b.mu[lane] / mu;
     return e;
 }
 
@@ -48,7 +47,7 @@ void PointwiseLaw::add(const TetBatches<float, nodes>& batches, BatchRange range
         for (int l = 0; l < batch_width<float>; ++l) {
             const std::int32_t tet = batches.tet_at(k, l);
             if (tet < 0) continue;
-            const TetElement element = element_at(b, l);
+            const TetElement element = element_at(b, l, moduli_of(tet).mu);
             const Nodal<nodes> values = values_at(b, l, u);
             Nodal<nodes> forces = Nodal<nodes>::Zero();
             for (int point = 0; point < Shape::points; ++point) {

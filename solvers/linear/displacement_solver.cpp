@@ -123,7 +123,10 @@ bool DisplacementSolver::start_from(std::span<const Vec> guesses, Vec b) {
     if (count == 2) gram(0, 1) = gram(1, 0) = (gram(0, 1) + gram(1, 0)) / 2;
     for (std::size_t i = 0; i < count; ++i) gram(i, i) = gram(i, i) * (1 + 1e-6) + 1e-300;
     const Eigen::Vector2d share = gram.inverse() * work;
-    const bool of_use = share.allFinite() && work.dot(share) > 0;
+    // A frame searches along no line: its guesses must not lead uphill.
+    const bool positive =
+        !stopping_->watches_curvature() || (gram(0, 0) > 0 && gram.determinant() > 0);
+    const bool of_use = positive && share.allFinite() && work.dot(share) > 0;
     const Eigen::Vector2d c = of_use ? share : Eigen::Vector2d::Zero();
     const auto array = [&](std::span<const Vec> vectors, std::size_t i) {
         return i < count ? vectors[i] : b;
@@ -158,7 +161,7 @@ LinearReport DisplacementSolver::solve(Vec b, Vec /*b_p*/, Vec x, Vec /*x_p*/,
     LinearReport report;
     report.error = stopping_->end();
     finish_report(krylov_.get(), report);
-    if (more > 0) report.iterations = static_cast<int>(iterations) + more;
+    report.iterations = static_cast<int>(iterations) + more;
     return report;
 }
 
@@ -175,7 +178,8 @@ int DisplacementSolver::go_on(Vec b, Vec x) {
         stopping_->resume(static_cast<int>(iterations));
         PetscReal size = 0;
         LIVETET_PETSC(VecNorm(x, NORM_2, &size));
-        if (!std::isfinite(size)) LIVETET_PETSC(VecSet(x, 0));
+        if (!std::isfinite(size) || stopping_->is_curved_down())  // x may lead uphill
+            LIVETET_PETSC(VecSet(x, 0));
         PetscBool nonzero = PETSC_FALSE;
         LIVETET_PETSC(KSPGetInitialGuessNonzero(ksp, &nonzero));
         LIVETET_PETSC(KSPSetInitialGuessNonzero(ksp, PETSC_TRUE));

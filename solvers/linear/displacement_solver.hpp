@@ -54,6 +54,8 @@ class DisplacementSolver : public LinearSolver {
     void watch_convergence(bool watched) {
         if (stopping_) stopping_->watch(watched);
     }
+    /// See StoppingTest::watch_curvature (role `solver`).
+    void watch_curvature(bool* negative) { stopping_->watch_curvature(negative); }
     /// Whether the preconditioner is of PETSc's type `type`: the user's options may have chosen
     /// another.
     bool preconditions_by(PCType type) const;

@@ -1,5 +1,7 @@
 #include "solvers/linear/live_solver.hpp"
 
+#include <numeric>
+
 #include "solvers/linear/live_support.hpp"
 
 namespace livetet {
@@ -65,6 +67,7 @@ LiveSolver::LiveSolver(const DistributedHierarchy& mesh, const ElasticModel& mod
                                                       mesh.hierarchy.transfers[0], steps, team);
     make_shell(mesh.comm);
     make_krylov(mesh.comm, ErrorEstimate::from_steps);
+    watch_curvature(&is_curved_down_);
 }
 
 void LiveSolver::make_shell(MPI_Comm comm) {
@@ -90,20 +93,18 @@ void LiveSolver::configure(PC pc) {
 
 void LiveSolver::set_constrained(std::span<const std::uint8_t> components) {
     constraints_.set_constrained(levels_, components);
-    constraints_changed();
+    if (quadratic_) quadratic_->set_constrained();
+    take_constraints();
 }
 
 void LiveSolver::set_springs(std::span<const double> stiffness) {
     constraints_.set_springs(levels_, stiffness);
-    constraints_changed();
+    take_constraints();
 }
 
-void LiveSolver::constraints_changed() {
+void LiveSolver::take_constraints() {
     if (fine_) fine_->set_constrained();
-    if (quadratic_)
-        quadratic_->set_constrained();
-    else
-        multigrid_->set_constrained();
+    multigrid_->set_constrained();
     invalidate();
 }
 
@@ -117,15 +118,20 @@ RenewalExtent LiveSolver::renew(const Configuration& at, const OperatorTerms& te
                                 RenewalExtent wanted) {
     const double s = terms.whole_stiffness(), m = terms.mass;
     if (fine_) fine_->update(*at.rotations, s, m);
+    if (fine_ && terms.tangent == Tangent::positive) fine_->take(Tangent::frozen_rotation);
     return quadratic_ ? quadratic_->update(*at.rotations, s, m, wanted)
                       : multigrid_->update(*at.rotations, s, m, wanted);
 }
 
 void LiveSolver::multiply(std::span<const double> x, std::span<double> y) {
-    if (fine_ && (quadratic_ || fine_->tangent() == Tangent::exact))
-        fine_->multiply(x, y);
-    else
+    if (!fine_ || (!quadratic_ && fine_->tangent() != Tangent::exact)) {
         multigrid_->multiply(x, y);
+        return;
+    }
+    fine_->multiply(x, y);
+    if (fine_->tangent() == Tangent::exact &&
+        std::inner_product(x.begin(), x.end(), y.begin(), 0.0) < 0)
+        is_curved_down_ = true;
 }
 
 void LiveSolver::cycle(std::span<const double> r, std::span<double> z) {

@@ -11,10 +11,10 @@ namespace livetet {
 /// Conjugate gradients in double precision around a multigrid cycle in single precision, matrix and
 /// all, on a team of threads of one rank: what `track` solves with where it can.
 ///
-/// For tets of four nodes and Hooke's law, the finest operator is the multigrid's. For other laws it
-/// is the law's tangent, without a matrix, and the multigrid is that of Hooke's law turned by the
-/// rotation of each tet; where the tangent is not positive, solves go on with Hooke's law in its
-/// place. For tets of ten nodes, the multigrid is that of the same tets with four.
+/// For tets of four nodes and Hooke's law, the finest operator is the multigrid's. For other laws
+/// it is the law's tangent, without a matrix, and the multigrid is that of Hooke's law turned by
+/// the rotation of each tet; where the tangent is not positive, solves go on with Hooke's law in
+/// its place. For tets of ten nodes, the multigrid is that of the same tets with four.
 class LiveSolver : public DisplacementSolver {
   public:
     /// Throws Error where it cannot take the mesh or the model (see why_not_live).
@@ -40,13 +40,14 @@ class LiveSolver : public DisplacementSolver {
     bool change_preconditioner(KSPConvergedReason reason) override;
     Mat matrix() const override { return shell_.get(); }
     void make_shell(MPI_Comm comm);
-    void constraints_changed();
+    void take_constraints();
 
     CoarseConstraints constraints_;
     std::unique_ptr<SinglePrecisionMultigrid> multigrid_;
     std::unique_ptr<MatrixFreeOperator> fine_;   ///< null: the multigrid's
     std::unique_ptr<QuadraticCycle> quadratic_;  ///< null: tets of four nodes
     PetscHandle<Mat> shell_;
+    bool is_curved_down_ = false;  ///< a product of the law's tangent showed negative curvature
 };
 
 }  // namespace livetet

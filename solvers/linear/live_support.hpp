@@ -6,8 +6,8 @@
 
 namespace livetet {
 
-/// Why LiveSolver cannot take a body: "found ..., expected ...". Empty where it can. It takes what
-/// the kernels over batches take (why_not_batched), on the meshes and ranks that are named here.
+/// Why LiveSolver cannot take a body: "found ..., expected ...". Empty where it can. It takes any
+/// model in the displacement form, on the meshes and ranks that are named here.
 /// `hierarchy`: with its quadratic level where the body has ten-node tets.
 std::string why_not_live(const ElasticModel& model, const MeshHierarchy& hierarchy, int ranks = 1);
 

@@ -42,6 +42,17 @@ class MatrixFreeOperator {
         over_components([&](std::size_t i) { visit(i, force_[i] + shift_[i] * x[i]); });
     }
 
+    /// The same of Hooke's stiffness alone, s K x.
+    template <class Visit>
+    void visit_stiffness(std::span<const float> x, Visit&& visit) {
+        add_products(Tangent::frozen_rotation, x);
+        over_components([&](std::size_t i) { visit(i, force_[i]); });
+    }
+    /// The share of s K in diagonal().
+    float stiffness_diagonal(std::size_t component) const {
+        return static_cast<float>(s_) * stiffness_[component / 3];
+    }
+
     /// work(i) for the components of all nodes, by pieces of the team.
     template <class Work>
     void over_components(Work&& work) const {

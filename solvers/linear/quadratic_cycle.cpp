@@ -24,14 +24,9 @@ QuadraticCycle::QuadraticCycle(MatrixFreeOperator& fine, LevelAssembler& linear_
     for (std::vector<float>* v : {&b_, &x_, &d_, &r_}) v->assign(fine.components() + 1, 0.0F);
 }
 
-void QuadraticCycle::set_constrained() {
-    multigrid_.set_constrained();
-    bound_ = 0;
-}
-
 RenewalExtent QuadraticCycle::update(const ElementRotations& at, double s, double m,
                                      RenewalExtent wanted) {
-    if (!at.single_u.empty()) {
+    if (linear_level_.rotates() && !at.single_u.empty()) {
         float* u = linear_rotations_.single_u.data();
         team_.run_pieces(corner_of_.size(), 150, [&](std::size_t begin, std::size_t end) {
             for (std::size_t n = begin; n < end; ++n)
@@ -45,7 +40,7 @@ RenewalExtent QuadraticCycle::update(const ElementRotations& at, double s, doubl
 }
 
 void QuadraticCycle::find_bound() {
-    const auto free = fine_.free(), diagonal = fine_.diagonal();
+    const auto free = fine_.free();
     std::uint32_t state = 12345;
     for (std::size_t i = 0; i < fine_.components(); ++i) {
         state = state * 1664525u + 1013904223u;
@@ -55,8 +50,9 @@ void QuadraticCycle::find_bound() {
     for (int k = 0; k < 20; ++k) {
         double before = 0, after = 0;
         for (const float v : x_) before += v * v;
-        fine_.visit_positive(x_,
-                             [&](std::size_t i, float Ax) { d_[i] = free[i] * Ax / diagonal[i]; });
+        fine_.visit_stiffness(x_, [&](std::size_t i, float Kx) {
+            d_[i] = free[i] * Kx / fine_.stiffness_diagonal(i);
+        });
         for (const float v : d_) after += v * v;
         if (!(before > 0 && after > 0)) return;  // the level has no free component
         bound_ = std::sqrt(after / before);
@@ -78,11 +74,10 @@ void QuadraticCycle::smooth(bool from_zero) {
             fine_.over_components(
                 [&](std::size_t i) { x_[i] = d_[i] = of_r * b_[i] / diagonal[i]; });
         } else {
-            // x is read by all pieces until the products are made: d is added afterwards.
             fine_.visit_positive(x_, [&](std::size_t i, float Ax) {
                 d_[i] = of_d * d_[i] + of_r * free[i] * (b_[i] - Ax) / diagonal[i];
+                x_[i] += d_[i];
             });
-            fine_.over_components([&](std::size_t i) { x_[i] += d_[i]; });
         }
         rho = following;
     }

@@ -21,7 +21,8 @@ class QuadraticCycle {
                    SinglePrecisionMultigrid& multigrid, const BarycentricMap& map,
                    int smoothing_steps, ThreadTeam& team);
 
-    void set_constrained();
+    /// Constraints are new.
+    void set_constrained() { bound_ = 0; }
     /// Renews the multigrid below for the displacement of `at`; `fine` was updated before. See
     /// SinglePrecisionMultigrid::update.
     RenewalExtent update(const ElementRotations& at, double s, double m, RenewalExtent wanted);
@@ -35,7 +36,8 @@ class QuadraticCycle {
   private:
     /// Chebyshev steps for A x = b on [bound / 10, bound] of D^-1 A (Saad 2003, algorithm 12.1).
     void smooth(bool from_zero);
-    /// The largest eigenvalue of D^-1 A, from 20 steps of power iteration.
+    /// The largest eigenvalue of D^-1 A without mass and springs, which only lower it, from 20
+    /// steps of power iteration.
     void find_bound();
     void correct_by_linear_tets();
 

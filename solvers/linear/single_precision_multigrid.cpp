@@ -189,7 +189,7 @@ void SinglePrecisionMultigrid::set_constrained() {
 }
 
 void SinglePrecisionMultigrid::restrict_displacements(const ElementRotations& finest) {
-    if (finest.single_u.empty()) return;  // nothing rotates
+    if (finest.single_u.empty() || !levels_.back()->level.rotates()) return;
     const float* fine = finest.single_u.data();
     for (std::size_t l = 0; l < maps_.size(); ++l) {
         Level& coarse = *levels_[l + 1];

@@ -43,6 +43,8 @@ void StoppingTest::resume(int iterations) {
 KSPConvergedReason StoppingTest::reason(KSP ksp, int iteration, double residual) {
     if (!std::isfinite(residual)) return KSP_DIVERGED_NANORINF;
     if (iteration == 0) first_ = residual;
+    if (negative_ && iteration == 0) *negative_ = false;
+    if (is_curved_down()) return KSP_DIVERGED_INDEFINITE_MAT;
     if (!begun_ && !resumed_ && iteration == 0) {
         PetscReal relative = 0, absolute = 0;
         PetscInt iterations = 0;

@@ -24,6 +24,12 @@ class StoppingTest {
 
     /// Makes it the test of `ksp`, unless PETSc's options name another (-ksp_convergence_test).
     void install(KSP ksp);
+    /// `negative`: whether an operator's product showed negative curvature, set from outside; reset
+    /// as a solve begins, and the solve ends where it is set. (KSPCG does not see it in its first
+    /// iteration.)
+    void watch_curvature(bool* negative) { negative_ = negative; }
+    bool watches_curvature() const { return negative_ != nullptr; }
+    bool is_curved_down() const { return negative_ && *negative_; }
     /// Whether solves without a deadline end as KSP_DIVERGED_BREAKDOWN where `is_too_slow`; until
     /// the first that reduces its residual by two digits and converges.
     void watch(bool watched) { watched_ = watched; }
@@ -50,6 +56,7 @@ class StoppingTest {
     double steps_[2] = {0, 0};   ///< lengths of the last two steps, m, RMS over the nodes
     double ratio_ = 0.3;         ///< of a step to the one before it: a running mean
     Clock::time_point last_;     ///< when the last iteration ended
+    bool* negative_ = nullptr;
 };
 
 }  // namespace livetet

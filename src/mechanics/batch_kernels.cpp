@@ -163,7 +163,8 @@ void store_rotation(const Mat3<Real>& F, RotationBatch<Real>& rotation) {
     // The error after a step is about half the square of the step.
     constexpr Real small_enough = sizeof(Real) == 4 ? Real(1e-7) : Real(1e-14);
     const Lanes<Real> n = dot(F, F), third = n * Real(1. / 3), det = dot(F.x, cross(F.y, F.z));
-    // rotation_of's det >= 0.1 at |F|^2 = 3, and a size at which no power of it over- or underflows.
+    // rotation_of's det >= 0.1 at |F|^2 = 3, and a size at which no power of it over- or
+    // underflows.
     const auto usual = det > 0 && det * det > Real(0.01) * third * third * third &&
                        n > Real(1e-2) && n < Real(1e2);
     Mat3<Real> R = F;

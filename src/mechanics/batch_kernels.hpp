@@ -94,10 +94,10 @@ const RotationBatch<Real>& rotation_of_batch(std::span<const RotationBatch<Real>
     return rotations[rotations.size() == 1 ? 0 : batch];
 }
 
-/// R = rotation_of(F), F = I + grad u, of each point of each tet, or at the centre of each tet where
-/// there is one batch of rotations for a batch of tets; u in metres. By Newton's iteration in all lanes
-/// (Higham 1986, as in rotation.cpp); tets that are flat, inverted, non-finite or stretched out of
-/// all proportion go through rotation_of one by one.
+/// R = rotation_of(F), F = I + grad u, of each point of each tet, or at the centre of each tet
+/// where there is one batch of rotations for a batch of tets; u in metres. By Newton's iteration in
+/// all lanes (Higham 1986, as in rotation.cpp); tets that are flat, inverted, non-finite or
+/// stretched out of all proportion go through rotation_of one by one.
 template <class Real, int nodes>
 void update_rotations(const TetBatches<Real, nodes>& batches, BatchRange range,
                       std::span<const Real> u, std::span<RotationBatch<Real>> rotations);

@@ -8,8 +8,8 @@ namespace {
 
 using namespace lanes;
 
-/// P = R (2 mu eps + lambda tr(eps) I), eps = sym(R^T F) - I; with R held its derivative is the same
-/// of eps = sym(R^T dF).
+/// P = R (2 mu eps + lambda tr(eps) I), eps = sym(R^T F) - I; with R held its derivative is the
+/// same of eps = sym(R^T dF).
 struct HookeInLanes {
     static constexpr bool rotates = true;
     using Number = Lanes<float>;

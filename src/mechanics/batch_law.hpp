@@ -18,8 +18,8 @@ class BatchLaw {
   public:
     virtual ~BatchLaw() = default;
 
-    /// The rotations that Hooke's law reads: one batch of them for each point of a batch of tets, or
-    /// one for a batch of tets, or one for all; not read by others.
+    /// The rotations that Hooke's law reads: one batch of them for each point of a batch of tets,
+    /// or one for a batch of tets, or one for all; not read by others.
     using Rotations = std::span<const RotationBatch<float>>;
 
     /// f += the elastic forces at u; u in m, f in N.

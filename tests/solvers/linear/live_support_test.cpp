@@ -31,6 +31,7 @@ TEST(LiveSupport, SaysWhatTheLiveSolverDoesNotTake) {
     EXPECT_EQ(reason("corotated", displacement, 2, 4), "found 4 ranks, expected one");
     EXPECT_NE(reason("corotated", displacement, 1), "");
     EXPECT_EQ(why_not_live({soft, "corotated"}, with_quadratic_level(block_of_levels(2))), "");
+    EXPECT_NE(why_not_live({soft, "corotated"}, with_quadratic_level(block_of_levels(1))), "");
 }
 
 TEST(LiveSupport, AsksTheModuliOfEachRegion) {

@@ -40,6 +40,7 @@ class QuadraticCycleTest : public testing::TestWithParam<const char*> {
         operator_ = std::make_unique<MatrixFreeOperator>(*levels[0], ThreadTeam::alone());
         cycle = std::make_unique<QuadraticCycle>(*operator_, *levels[1], *multigrid,
                                                  hierarchy.transfers[0], 1, ThreadTeam::alone());
+        multigrid->set_constrained();
         cycle->set_constrained();
         operator_->set_constrained();
         operator_->update(rotations, s, m);
@@ -135,7 +136,7 @@ TEST_P(QuadraticCycleTest, TheCycleWithConjugateGradientsReducesTheResidualFast)
         p = z + next / rz * p;
         rz = next;
     }
-    EXPECT_LT(r.norm(), 1e-3 * b.norm());
+    EXPECT_LT(r.norm(), 3e-3 * b.norm());
 }
 
 INSTANTIATE_TEST_SUITE_P(Laws, QuadraticCycleTest,
