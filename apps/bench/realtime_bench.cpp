@@ -67,9 +67,10 @@ int bench_realtime(const RealtimeArguments& arguments) {
             keep(measure_beam(size, mesh_beam(size.edge_m, progress.callback()), arguments.threads,
                               bandwidth, progress));
     nlohmann::json front;
-    if (requested("front")) {
+    if (requested("front") && arguments.frames > 0) {
         const std::vector<FrontRow> rows = measure_front(
-            {std::max(60, arguments.frames), arguments.truth_tets, arguments.threads}, progress);
+            {std::clamp(arguments.frames, 60, 180), arguments.truth_tets, arguments.threads},
+            progress);
         print_front(rows);
         front = json_of(rows);
         charts.push_back(chart_of(rows));

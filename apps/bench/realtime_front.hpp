@@ -11,8 +11,8 @@
 
 namespace livetet {
 
-/// Frames of one kind of tets, law and mesh with a fixed number of iterations. The errors are whole:
-/// of elements, law, patch and solver, against the truth.
+/// Frames of one kind of tets, law and mesh with a fixed number of iterations. The errors are
+/// whole: of elements, law, patch and solver, against the truth.
 struct FrontRow {
     std::string elements, law;
     std::size_t tets = 0, nodes = 0;

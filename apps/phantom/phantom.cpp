@@ -200,8 +200,7 @@ std::vector<fs::path> write_phantom(const fs::path& folder, const PhantomOptions
     solve_truth(with_quadratic_level(
                     mesh_for_truth(images.labels, images.fixed_mask, options.truth_tets,
                                    part_of(progress, 0.06, 0.2, "mesh of the truth"), finer)),
-                phantom::targets(), truth, part_of(progress, 0.2, 0.99, "truth"),
-                rounded_press(truth.patch_radius));
+                phantom::targets(), truth, part_of(progress, 0.2, 0.99, "truth"), {"neohookean"});
     write_truth(pending.add("truth/truth.json"), truth);
     write_points_csv(pending.add("targets.csv"), marked_targets());
     write_text_file(pending.add("scene.yaml"), phantom_track_scene(truth));

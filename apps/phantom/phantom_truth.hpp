@@ -31,9 +31,9 @@ struct TruthModel {
     double poisson = Material{}.poisson;
 };
 
-/// Tissue pressed by a disc with a rounded rim: neo-Hookean; the inner 60 % of the radius move by the
-/// whole depth, the rim by 65 % of it. (With a sharp rim the phantom does not come to rest beyond
-/// 27 mm.)
+/// Tissue pressed by a disc with a rounded rim: neo-Hookean; the inner 60 % of the radius move by
+/// the whole depth, the rim by 65 % of it. (With a sharp rim the phantom does not come to rest
+/// beyond 27 mm.)
 TruthModel rounded_press(double patch_radius, double poisson = Material{}.poisson);
 
 /// Computes the targets' displacements at each of `truth.depths`: the equilibrium of a scene's
