@@ -198,7 +198,9 @@ std::vector<ExplainedPart> explain_run(const std::string& scene_text, const std:
         const bool multigrid = solver.find("multigrid") != std::string::npos ||
                                solver.find(" mg,") != std::string::npos;
         return explain_parts(scene, tets, levels,
-                             multigrid ? SolverKind::multigrid : SolverKind::petsc);
+                             solver.find("single precision") != std::string::npos ? SolverKind::live
+                             : multigrid ? SolverKind::multigrid
+                                         : SolverKind::petsc);
     } catch (const Error&) {
         return {};
     }
