@@ -91,7 +91,9 @@ PressedOrgan press_organ(const PhantomImages& images, int tets, std::vector<doub
     for (const Vector3& place : places) {
         const bool pressed = organ.sensors.empty();
         TrueSensor sensor{{phantom_tracker({}).image_from_sensor_at_rest.rotation, place},
-                          pressed ? TrueBody{}.patch_radius : riding_radius,
+                          pressed ? flat_radius_of(rounded_press(TrueBody{}.patch_radius),
+                                                   TrueBody{}.patch_radius)
+                                  : riding_radius,
                           pressed ? DriveMotion::translation : DriveMotion::rigid,
                           {next, next + 7}};
         next += 7;

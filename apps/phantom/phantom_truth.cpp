@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numbers>
 
 #include "base/error.hpp"
 #include "image/mask_selection.hpp"
@@ -54,6 +55,13 @@ PressEffort effort_for(const ConstitutiveModel& model) {
     return {3, frame(2), frame(1)};
 }
 
+/// Share of the depth by which a presser moves a point at `distance` from its axis.
+double share_of_depth(const TruthModel& model, double outer_radius, double distance) {
+    const double way =
+        smooth_step((distance - model.flat_radius) / (outer_radius - model.flat_radius));
+    return 1 - (1 - model.rim_share) * way;
+}
+
 struct PressedNode {
     std::int32_t node;
     double share;  ///< share of the depth
@@ -64,9 +72,8 @@ std::vector<PressedNode> pressed_nodes(const TetMesh& mesh, const Truth& truth,
     std::vector<PressedNode> pressed;
     const auto patch = surface_patch(mesh, truth.sensor_rest, truth.patch_radius).nodes;
     for (const std::int32_t n : patch) {
-        const double beyond = (mesh.nodes[n] - truth.sensor_rest).norm() - model.flat_radius;
-        const double way = smooth_step(beyond / (truth.patch_radius - model.flat_radius));
-        pressed.push_back({n, 1 - (1 - model.rim_share) * way});
+        const double distance = (mesh.nodes[n] - truth.sensor_rest).norm();
+        pressed.push_back({n, share_of_depth(model, truth.patch_radius, distance)});
     }
     return pressed;
 }
@@ -105,6 +112,17 @@ double press(DeformableBody& body, std::span<const PressedNode> pressed,
 
 TruthModel rounded_press(double patch_radius, double poisson) {
     return {"neohookean", 0.65, 0.6 * patch_radius, poisson};
+}
+
+double flat_radius_of(const TruthModel& model, double outer_radius) {
+    constexpr int pieces = 1000;  // of the angle t with r = a sin t
+    double sum = 0;
+    for (int k = 0; k < pieces; ++k) {
+        const double angle = (k + 0.5) / pieces * std::numbers::pi / 2;
+        sum +=
+            share_of_depth(model, outer_radius, outer_radius * std::sin(angle)) * std::sin(angle);
+    }
+    return outer_radius * sum * std::numbers::pi / 2 / pieces;
 }
 
 MeshHierarchy mesh_for_truth(const LabelImage& labels, const LabelImage& fixed_mask, int tets,

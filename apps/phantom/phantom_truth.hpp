@@ -36,6 +36,13 @@ struct TruthModel {
 /// beyond 27 mm.)
 TruthModel rounded_press(double patch_radius, double poisson = Material{}.poisson);
 
+/// Radius, m, of the flat disc that presses as a rigid presser of so rounded a rim does: on a
+/// half-space, of the same force (I. N. Sneddon, The relation between load and penetration in the
+/// axisymmetric Boussinesq problem for a punch of arbitrary profile, 1965). With w(r) the share of
+/// the depth and a the outer radius,
+///     a_flat = integral from 0 to a of w(r) r / sqrt(a^2 - r^2) dr.
+double flat_radius_of(const TruthModel& model, double outer_radius);
+
 /// Computes the targets' displacements at each of `truth.depths`: the equilibrium of a scene's
 /// default material but for the model's values, on P1 or P2 tets, with the set "fixed" at rest and
 /// the surface patch about `truth.sensor_rest` moved along `truth.press_direction` from one depth
