@@ -448,9 +448,8 @@ TEST(Track, OnAFullDiskItGoesOnAndKeepsWhatItHas) {
     EXPECT_EQ(run["not_kept"].get<std::size_t>(),
               t.recording.samples.size() - result.frame_count());
     EXPECT_NE(run["problem"].get<std::string>().find("no room"), std::string::npos);
-    EXPECT_NE(
-        outcome.err.find(fmt::format("holds the {} frames before that", result.frame_count())),
-        std::string::npos)
+    EXPECT_NE(outcome.err.find(fmt::format("holds {} frames before that", result.frame_count())),
+              std::string::npos)
         << outcome.err;
     test::expect_refused(livetet(t.folder, "track --replay result.h5"),
                          {"result.h5", "lacks", "expected all of them"});
