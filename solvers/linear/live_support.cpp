@@ -21,8 +21,7 @@ std::string why_not_live(const ElasticModel& model, const MeshHierarchy& hierarc
         levels < 2 || nodes > max_coarsest_nodes)
         return fmt::format(
             "found {} level(s) of four-node tets with {} nodes in the coarsest, expected at least "
-            "2, "
-            "the coarsest of at most {} nodes",
+            "2, the coarsest of at most {} nodes",
             levels, nodes, max_coarsest_nodes);
     return {};
 }

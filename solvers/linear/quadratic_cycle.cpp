@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "solvers/linear/chebyshev_steps.hpp"
+
 namespace livetet {
 
 QuadraticCycle::QuadraticCycle(MatrixFreeOperator& fine, LevelAssembler& linear_level,
@@ -63,23 +65,18 @@ void QuadraticCycle::find_bound() {
 
 void QuadraticCycle::smooth(bool from_zero) {
     const auto free = fine_.free(), diagonal = fine_.diagonal();
-    const auto high = static_cast<float>(1.1 * bound_), low = 0.1F * high;
-    const float theta = (high + low) / 2, delta = (high - low) / 2, sigma = theta / delta;
-    float rho = 1 / sigma;
+    ChebyshevSteps chebyshev(bound_);
     for (int step = 0; step < smoothing_steps_; ++step) {
-        const float following = step == 0 ? rho : 1 / (2 * sigma - rho);
-        const float of_d = step == 0 ? 0 : following * rho,
-                    of_r = step == 0 ? 1 / theta : 2 * following / delta;
+        const ChebyshevSteps::Factors f = chebyshev.next();
         if (step == 0 && from_zero) {
             fine_.over_components(
-                [&](std::size_t i) { x_[i] = d_[i] = of_r * b_[i] / diagonal[i]; });
+                [&](std::size_t i) { x_[i] = d_[i] = f.of_r * b_[i] / diagonal[i]; });
         } else {
             fine_.visit_positive(x_, [&](std::size_t i, float Ax) {
-                d_[i] = of_d * d_[i] + of_r * free[i] * (b_[i] - Ax) / diagonal[i];
+                d_[i] = f.of_d * d_[i] + f.of_r * free[i] * (b_[i] - Ax) / diagonal[i];
                 x_[i] += d_[i];
             });
         }
-        rho = following;
     }
 }
 

@@ -34,7 +34,7 @@ class QuadraticCycle {
     }
 
   private:
-    /// Chebyshev steps for A x = b on [bound / 10, bound] of D^-1 A (Saad 2003, algorithm 12.1).
+    /// ChebyshevSteps for A x = b; `from_zero`: x is 0.
     void smooth(bool from_zero);
     /// The largest eigenvalue of D^-1 A without mass and springs, which only lower it, from 20
     /// steps of power iteration.

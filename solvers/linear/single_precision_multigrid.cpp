@@ -7,6 +7,7 @@
 
 #include "base/error.hpp"
 #include "mechanics/scaled_stiffness.hpp"
+#include "solvers/linear/chebyshev_steps.hpp"
 #include "solvers/linear/node_transfer.hpp"
 
 namespace livetet {
@@ -124,20 +125,15 @@ struct SinglePrecisionMultigrid::Level {
         return load_node(p) * v[0] + load_node(p + 3) * v[1] + load_node(p + 6) * v[2];
     }
 
-    /// Chebyshev steps for A x = b on [bound / 10, bound] of D^-1 A (Saad 2003, algorithm 12.1);
-    /// `from_zero`: x is 0.
+    /// ChebyshevSteps for A x = b; `from_zero`: x is 0.
     void smooth(int steps, bool from_zero) {
-        const auto high = static_cast<float>(1.1 * bound), low = 0.1F * high;
-        const float theta = (high + low) / 2, delta = (high - low) / 2, sigma = theta / delta;
-        float rho = 1 / sigma;
+        ChebyshevSteps chebyshev(bound);
         for (int step = 0; step < steps; ++step) {
-            const float following = step == 0 ? rho : 1 / (2 * sigma - rho);
-            const float of_d = step == 0 ? 0 : following * rho,
-                        of_r = step == 0 ? 1 / theta : 2 * following / delta;
+            const ChebyshevSteps::Factors f = chebyshev.next();
             if (step == 0 && from_zero)
                 over_rows([&](std::size_t begin, std::size_t end) {
                     for (std::size_t i = begin; i < end; ++i) {
-                        const FourFloats z = of_r * jacobi(i, load_node(b.data() + 3 * i));
+                        const FourFloats z = f.of_r * jacobi(i, load_node(b.data() + 3 * i));
                         store_node(z, d.data() + 3 * i);
                         store_node(z, next.data() + 3 * i);
                     }
@@ -145,14 +141,13 @@ struct SinglePrecisionMultigrid::Level {
             else
                 over_rows([&](std::size_t begin, std::size_t end) {
                     A.multiply(begin, end, x.data(), [&](std::size_t i, FourFloats Ax) {
-                        const FourFloats z = of_d * load_node(d.data() + 3 * i) +
-                                             of_r * jacobi(i, load_node(b.data() + 3 * i) - Ax);
+                        const FourFloats z = f.of_d * load_node(d.data() + 3 * i) +
+                                             f.of_r * jacobi(i, load_node(b.data() + 3 * i) - Ax);
                         store_node(z, d.data() + 3 * i);
                         store_node(load_node(x.data() + 3 * i) + z, next.data() + 3 * i);
                     });
                 });
             std::swap(x, next);
-            rho = following;
         }
     }
 
