@@ -10,7 +10,7 @@ namespace livetet {
 ///     struct Law {
 ///         /// Whether it reads rotations; else R is not to be used.
 ///         static constexpr bool rotates;
-/// /// P = d psi / dF at H = F - I, by Lame's moduli, and its derivative in the direction dF.
+///         /// P = d psi / dF at H = F - I, and its derivative in the direction dF.
 ///         Matrix stress(const Number& lambda, const Number& mu, const Matrix& H, const Matrix& R);
 ///         Matrix increment(const Number& lambda, const Number& mu, const Matrix& H,
 ///                          const Matrix& R, const Matrix& dF);
