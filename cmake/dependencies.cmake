@@ -23,7 +23,6 @@ find_package(nlohmann_json REQUIRED)
 find_package(ZLIB REQUIRED)
 find_package(Threads REQUIRED)
 livetet_system_library(livetet::metis metis)
-livetet_system_library(livetet::gmsh gmsh)
 if(LIVETET_IMAGES)
   find_package(X11 REQUIRED)
   find_package(VTK 9.1 REQUIRED COMPONENTS

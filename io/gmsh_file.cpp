@@ -1,7 +1,5 @@
 #include "io/gmsh_file.hpp"
 
-#include <gmsh.h>
-
 #include <algorithm>
 #include <map>
 #include <string>
@@ -9,6 +7,7 @@
 
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/gmsh.hpp"
 #include "io/parse_in_child.hpp"
 #include "io/text.hpp"
 #include "mesh/packed_mesh.hpp"
@@ -18,15 +17,13 @@ namespace livetet {
 namespace {
 
 namespace fs = std::filesystem;
-using Tags = std::vector<std::size_t>;
+using gmsh::Tags;
 
 constexpr int triangle_type = 2, tet_type = 4;
 
 /// The first error that Gmsh logged; empty if there was none.
 std::string first_error() {
-    std::vector<std::string> log;
-    gmsh::logger::get(log);
-    for (const std::string& line : log)
+    for (const std::string& line : gmsh::log())
         if (line.starts_with("Error")) return line;
     return {};
 }
@@ -63,9 +60,7 @@ class Reader {
         read_places();
         read_tets();
         for (const Triangle& t : boundary_triangles(mesh_.tets)) outwards_[sorted(t)] = t;
-        std::vector<std::pair<int, int>> groups;
-        gmsh::model::getPhysicalGroups(groups);
-        for (const auto& [dimension, tag] : groups)
+        for (const auto& [dimension, tag] : gmsh::physical_groups(-1))
             if (dimension < 3) read_group(dimension, tag);
         return std::move(mesh_);
     }
@@ -77,9 +72,7 @@ class Reader {
     }
 
     void read_places() {
-        Tags tags;
-        std::vector<double> coordinates, parameters;
-        gmsh::model::mesh::getNodes(tags, coordinates, parameters);
+        const auto [tags, coordinates] = gmsh::nodes();
         if (coordinates.size() != 3 * tags.size()) fail("{}: its nodes are malformed", where_);
         for (std::size_t i = 0; i < tags.size(); ++i)
             places_[tags[i]] =
@@ -100,47 +93,36 @@ class Reader {
 
     /// The nodes of all elements of an entity. All elements must be of `type`.
     Tags elements_of(int dimension, int entity, int type, const char* expected) {
-        std::vector<int> types;
-        std::vector<Tags> tags, nodes;
-        gmsh::model::mesh::getElements(types, tags, nodes, dimension, entity);
         Tags all;
-        for (std::size_t i = 0; i < types.size(); ++i) {
-            if (types[i] != type) {
-                std::string name;
-                int of_dimension = 0, order = 0, count = 0, primary = 0;
-                std::vector<double> local;
-                gmsh::model::mesh::getElementProperties(types[i], name, of_dimension, order, count,
-                                                        local, primary);
+        for (const gmsh::Elements& elements : gmsh::elements(dimension, entity)) {
+            if (elements.type != type) {
+                const gmsh::ElementType found = gmsh::element_type(elements.type);
                 fail(
                     "{}: entity {} of dimension {} holds elements of type {} (order {}), expected "
                     "{}",
-                    where_, entity, dimension, name, order, expected);
+                    where_, entity, dimension, found.name, found.order, expected);
             }
-            all.insert(all.end(), nodes[i].begin(), nodes[i].end());
+            all.insert(all.end(), elements.nodes.begin(), elements.nodes.end());
         }
         return all;
     }
 
     void read_tets() {
-        std::vector<std::pair<int, int>> volumes, groups;
-        gmsh::model::getEntities(volumes, 3);
-        gmsh::model::getPhysicalGroups(groups, 3);
-        for (const auto& [dimension, entity] : volumes) {
+        const bool grouped = !gmsh::physical_groups(3).empty();
+        for (const auto& [dimension, entity] : gmsh::entities(3)) {
             const Tags nodes = elements_of(dimension, entity, tet_type, "4-node tetrahedra");
-            std::vector<int> physical;
-            gmsh::model::getPhysicalGroupsForEntity(3, entity, physical);
+            const std::vector<int> physical = gmsh::physical_groups_of_entity(3, entity);
             for (std::size_t i = 0; i + 3 < nodes.size(); i += 4) {
                 mesh_.tets.push_back({number_of(nodes[i]), number_of(nodes[i + 1]),
                                       number_of(nodes[i + 2]), number_of(nodes[i + 3])});
-                if (!groups.empty()) mesh_.regions.push_back(physical.empty() ? 0 : physical[0]);
+                if (grouped) mesh_.regions.push_back(physical.empty() ? 0 : physical[0]);
             }
         }
         check_tet_mesh(mesh_, where_);
     }
 
     static std::string name_of(int dimension, int tag) {
-        std::string name;
-        gmsh::model::getPhysicalName(dimension, tag, name);
+        const std::string name = gmsh::physical_name(dimension, tag);
         constexpr const char* kinds[] = {"point", "curve", "surface"};
         return name.empty() ? fmt::format("{}_{}", kinds[dimension], tag) : name;
     }
@@ -154,10 +136,7 @@ class Reader {
             const auto nodes = nodes_of(triangles);
             set.insert(set.end(), nodes.begin(), nodes.end());
         } else {
-            Tags tags;
-            std::vector<double> coordinates;
-            gmsh::model::mesh::getNodesForPhysicalGroup(dimension, tag, tags, coordinates);
-            for (const std::size_t node : tags)
+            for (const std::size_t node : gmsh::nodes_of_physical_group(dimension, tag))
                 if (const auto known = numbers_.find(node); known != numbers_.end())
                     set.push_back(known->second);
         }
@@ -169,9 +148,7 @@ class Reader {
     }
 
     void read_triangles(int tag, std::vector<Triangle>& triangles) {
-        std::vector<int> entities;
-        gmsh::model::getEntitiesForPhysicalGroup(2, tag, entities);
-        for (const int entity : entities) {
+        for (const int entity : gmsh::entities_of_physical_group(2, tag)) {
             const Tags nodes = elements_of(2, entity, triangle_type, "3-node triangles");
             for (std::size_t i = 0; i + 2 < nodes.size(); i += 3) {
                 Triangle triangle;
@@ -198,13 +175,13 @@ class Reader {
 
 /// Runs in the child process, which also bounds the lifetime of Gmsh's state.
 TetMesh parse(const fs::path& path, double metres_per_unit) {
-    gmsh::initialize(0, nullptr, false);
-    gmsh::option::setNumber("General.Terminal", 0);
+    gmsh::initialize();
+    gmsh::set_number("General.Terminal", 0);
     // Threads of the parent do not exist in the fork.
-    gmsh::option::setNumber("General.NumThreads", 1);
-    gmsh::logger::start();
+    gmsh::set_number("General.NumThreads", 1);
+    gmsh::start_log();
     try {
-        gmsh::open(path.string());
+        gmsh::open(path);
         if (const std::string error = first_error(); !error.empty())
             fail("{}: Gmsh cannot read it: {}", path.string(), error);
         return Reader(path.string(), metres_per_unit).read();
@@ -212,8 +189,6 @@ TetMesh parse(const fs::path& path, double metres_per_unit) {
         throw;
     } catch (const std::exception& error) {
         fail("{}: Gmsh cannot read it: {}", path.string(), error.what());
-    } catch (...) {  // Gmsh 4.8 also throws int and std::string
-        fail("{}: Gmsh cannot read it: {}", path.string(), first_error());
     }
 }
 
@@ -263,6 +238,7 @@ TetMesh read_gmsh(const fs::path& path, double metres_per_unit) {
     if (ending(path) != ".msh")
         fail("{}: the name ends in '{}', expected a Gmsh mesh: .msh", path.string(), ending(path));
     check_is_whole_mesh(path);
+    gmsh::load();
     const TetMesh mesh = unpacked_mesh(
         parse_in_child(path, "Gmsh", [&] { return packed(parse(path, metres_per_unit)); }),
         path.string());

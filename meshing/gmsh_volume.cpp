@@ -1,7 +1,5 @@
 #include "meshing/gmsh_volume.hpp"
 
-#include <gmsh.h>
-
 #include <algorithm>
 #include <array>
 #include <cstdlib>
@@ -9,6 +7,7 @@
 #include <span>
 
 #include "base/error.hpp"
+#include "base/gmsh.hpp"
 #include "mesh/packed_mesh.hpp"
 #include "meshing/locality.hpp"
 #include "meshing/mesh_pipe.hpp"
@@ -25,50 +24,50 @@ enum class Algorithm { hxt = 10, delaunay = 1 };
 constexpr double mm_per_m = 1e3;
 
 void set_options(Algorithm algorithm, double edge_length_mm) {
-    gmsh::option::setNumber("General.Terminal", 1);
-    gmsh::option::setNumber("General.Verbosity", 2);  // errors and warnings
+    gmsh::set_number("General.Terminal", 1);
+    gmsh::set_number("General.Verbosity", 2);  // errors and warnings
     // One thread: an OpenMP team of the parent does not exist in a fork, and the mesh must not
     // depend on the number of threads.
-    gmsh::option::setNumber("General.NumThreads", 1);
-    gmsh::option::setNumber("Mesh.MaxNumThreads3D", 1);
-    gmsh::option::setNumber("Mesh.Algorithm3D", static_cast<int>(algorithm));
-    gmsh::option::setNumber("Mesh.Renumber", 0);  // surface node i keeps the tag i + 1
-    gmsh::option::setNumber("Mesh.MeshSizeExtendFromBoundary", 1);
-    gmsh::option::setNumber("Mesh.MeshSizeMax", edge_length_mm);
-    gmsh::option::setNumber("Mesh.Optimize", 1);
-    gmsh::option::setNumber("Mesh.OptimizeThreshold", 0.4);
+    gmsh::set_number("General.NumThreads", 1);
+    gmsh::set_number("Mesh.MaxNumThreads3D", 1);
+    gmsh::set_number("Mesh.Algorithm3D", static_cast<int>(algorithm));
+    gmsh::set_number("Mesh.Renumber", 0);  // surface node i keeps the tag i + 1
+    gmsh::set_number("Mesh.MeshSizeExtendFromBoundary", 1);
+    gmsh::set_number("Mesh.MeshSizeMax", edge_length_mm);
+    gmsh::set_number("Mesh.Optimize", 1);
+    gmsh::set_number("Mesh.OptimizeThreshold", 0.4);
 }
 
 /// Adds a shell as the discrete entity `tag`; node i of the whole surface has the tag i + 1.
 void add_shell(const TriangleMesh& surface, std::span<const Triangle> triangles, int tag) {
-    std::vector<std::size_t> tags, corners;
-    std::vector<double> coordinates;
+    gmsh::Nodes nodes;
     for (const std::int32_t n : nodes_of(triangles)) {
-        tags.push_back(static_cast<std::size_t>(n) + 1);
-        for (int d = 0; d < 3; ++d) coordinates.push_back(mm_per_m * surface.nodes[n][d]);
+        nodes.tags.push_back(static_cast<std::size_t>(n) + 1);
+        for (int d = 0; d < 3; ++d) nodes.coordinates.push_back(mm_per_m * surface.nodes[n][d]);
     }
-    for (const Triangle& t : triangles)
-        for (const std::int32_t n : t) corners.push_back(static_cast<std::size_t>(n) + 1);
     constexpr int three_node_triangle = 2;
-    gmsh::model::addDiscreteEntity(2, tag);
-    gmsh::model::mesh::addNodes(2, tag, tags, coordinates);
-    gmsh::model::mesh::addElementsByType(tag, three_node_triangle, {}, corners);
+    gmsh::Elements elements{three_node_triangle, {}};
+    for (const Triangle& t : triangles)
+        for (const std::int32_t n : t) elements.nodes.push_back(static_cast<std::size_t>(n) + 1);
+    gmsh::add_discrete_entity(2, tag);
+    gmsh::add_nodes(2, tag, nodes);
+    gmsh::add_elements(tag, elements);
 }
 
 /// Adds a volume for each outer shell, with the cavities in it as holes.
 void add_surface(const TriangleMesh& surface) {
-    gmsh::model::add("body");
+    gmsh::add_model("body");
     const std::vector<std::vector<std::vector<Triangle>>> volumes = shells_by_piece(surface);
     int tag = 0, volume = 0;
     for (const auto& shells : volumes) {
         std::vector<int> loops;
         for (const std::vector<Triangle>& shell : shells) {
             add_shell(surface, shell, ++tag);
-            loops.push_back(gmsh::model::geo::addSurfaceLoop({tag}));
+            loops.push_back(gmsh::add_surface_loop(tag));
         }
-        gmsh::model::geo::addVolume(loops, ++volume);
+        gmsh::add_volume(std::move(loops), ++volume);
     }
-    gmsh::model::geo::synchronize();
+    gmsh::synchronize();
 }
 
 /// Runs in the child process. Returns tets in metres; the surface's nodes come first, in their
@@ -76,24 +75,22 @@ void add_surface(const TriangleMesh& surface) {
 int mesh_and_write(const TriangleMesh& surface, double edge_length_m, Algorithm algorithm,
                    const GmshOptions& options, int out) {
     std::srand(1);  // independent of the parent's use of rand
-    gmsh::initialize(0, nullptr, false);
+    gmsh::initialize();
     set_options(algorithm, mm_per_m * edge_length_m);
     if (options.edge_length_at) {
-        gmsh::option::setNumber("Mesh.MeshSizeExtendFromBoundary", 0);
-        gmsh::option::setNumber("Mesh.MeshSizeMax", 1e22);
-        gmsh::model::mesh::setSizeCallback([&](int, int, double x, double y, double z) {
+        gmsh::set_number("Mesh.MeshSizeExtendFromBoundary", 0);
+        gmsh::set_number("Mesh.MeshSizeMax", 1e22);
+        gmsh::set_size_callback([&](double x, double y, double z) {
             return mm_per_m * options.edge_length_at(Vector3(x, y, z) / mm_per_m);
         });
     }
     add_surface(surface);
-    gmsh::model::mesh::generate(3);
-    for (int p = 0; p < options.optimise_passes; ++p) gmsh::model::mesh::optimize("");
+    gmsh::generate(3);
+    for (int p = 0; p < options.optimise_passes; ++p) gmsh::optimize();
 
-    std::vector<std::size_t> tags, elements, corners;
-    std::vector<double> coordinates, unused;
-    gmsh::model::mesh::getNodes(tags, coordinates, unused, -1, -1, false, false);
+    const auto [tags, coordinates] = gmsh::nodes();
     constexpr int four_node_tet = 4;
-    gmsh::model::mesh::getElementsByType(four_node_tet, elements, corners);
+    const gmsh::Tags corners = gmsh::elements_of_type(four_node_tet);
 
     const std::size_t fixed = surface.nodes.size();
     TetMesh mesh;
@@ -161,6 +158,7 @@ TetMesh fill_surface(const TriangleMesh& surface, double edge_length_m, const Gm
             place_mm(topology.place));
     if (!(edge_length_m > 0))
         fail("Gmsh: an edge length of {} mm must be > 0", 1e3 * edge_length_m);
+    gmsh::load();
     std::string faults;
     double time_left = options.time_limit_s;
     std::array<Algorithm, 2> ways{Algorithm::hxt, Algorithm::delaunay};
@@ -200,6 +198,6 @@ TetMesh fill_surface(const TriangleMesh& surface, double edge_length_m, const Gm
          1e3 * edge_length_m, box_mm(surface.nodes), surface.triangles.size(), faults);
 }
 
-std::string gmsh_version() { return GMSH_API_VERSION; }
+std::string gmsh_version() { return gmsh::api_version(); }
 
 }  // namespace livetet

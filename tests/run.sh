@@ -11,8 +11,8 @@ ctest --test-dir "$build-dev" --output-on-failure -R '^(src|io_openigtlink)$'
 say "the variant without VTK, ITK and CGAL, for machines that only solve"
 cmake --build "$build" --target livetet_lean
 "$build/apps/livetet_lean" scene >/dev/null
-if ldd "$build/apps/livetet_lean" | grep -qE 'libvtk|libITK'; then
-    echo "the variant without images links VTK or ITK" >&2
+if ldd "$build/apps/livetet_lean" | grep -qE 'libvtk|libITK|libgmsh'; then
+    echo "the variant without images links VTK, ITK or Gmsh" >&2
     exit 1
 fi
 

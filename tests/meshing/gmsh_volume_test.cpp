@@ -117,6 +117,20 @@ TEST(FillSurface, passes_on_the_last_words_of_gmsh) {
     }
 }
 
+TEST(FillSurface, passes_on_an_error_of_the_edge_lengths) {
+    GmshOptions options;
+    options.edge_length_at = [](const Vector3& x) -> double {
+        fail("no edge length is known at {:.0f} mm", 1e3 * x.norm());
+    };
+    try {
+        fill_surface(shapes::sphere(0.05, 2), 0.015, options);
+        FAIL() << "it meshed";
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("no edge length is known at"), std::string::npos)
+            << error.what();
+    }
+}
+
 TEST(FillSurface, refuses_an_open_surface_without_asking_gmsh) {
     TriangleMesh surface = shapes::sphere(0.05, 2);
     surface.triangles.pop_back();
