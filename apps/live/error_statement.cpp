@@ -106,10 +106,7 @@ ErrorStatement::ErrorStatement(const Scene& scene, MeshHierarchy hierarchy, cons
 void ErrorStatement::start(std::span<const SensorPatch* const> patches,
                            const std::vector<FixOptions>& fix) {
     std::vector<ResponsePatch> all;
-    for (const SensorPatch* p : patches)
-        all.push_back({p->nodes(), p->wider_nodes(), p->wider_by(), p->options().radius_spread,
-                       p->drive().base()->translation, p->rest_place(), p->options().radius,
-                       p->options().stiffness, p->options().drive.motion == DriveMotion::rigid});
+    for (const SensorPatch* p : patches) all.push_back(response_patch(*p));
     terms_.assign(patches.size(), {});
     responses_.start(std::move(all), fix);
 }

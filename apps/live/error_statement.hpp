@@ -135,6 +135,7 @@ class ErrorStatement {
                                  std::optional<double> solver_error);
 
     const std::vector<Target>& targets() const { return targets_; }
+    const TargetResponses& responses() const { return responses_; }
 
   private:
     /// What a patch does in a frame; the same for all places.

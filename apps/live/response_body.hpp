@@ -7,6 +7,7 @@
 
 #include "apps/scene/body_factory.hpp"
 #include "mesh/quadratic.hpp"
+#include "mesh/surface_ring.hpp"
 
 namespace livetet {
 
@@ -19,6 +20,7 @@ struct ResponsePatch {
     double radius = 0;                       ///< m
     std::optional<double> stiffness{};       ///< of springs, N/m; none: prescribed
     bool turns = false;                      ///< it follows the sensor's rotation
+    SurfaceRing ring{};                      ///< the tissue around it
 };
 
 /// What holds a body beside its patches, all at rest.

@@ -50,11 +50,24 @@ std::vector<Vector3> with_neighbours(std::span<const Vector3> places, double ste
 
 }  // namespace
 
+ResponsePatch response_patch(const SensorPatch& patch) {
+    return {.nodes = patch.nodes(),
+            .wider_nodes = patch.wider_nodes(),
+            .wider_by = patch.wider_by(),
+            .radius_spread = patch.options().radius_spread,
+            .centre = patch.drive().base()->translation,
+            .place = patch.rest_place(),
+            .radius = patch.options().radius,
+            .stiffness = patch.options().stiffness,
+            .turns = patch.options().drive.motion == DriveMotion::rigid,
+            .ring = patch.ring()};
+}
+
 TargetResponses::TargetResponses(const Scene& scene, MeshHierarchy hierarchy,
                                  std::vector<Vector3> places)
     : scene_(linear_static(scene)), hierarchy_(std::move(hierarchy)), places_(std::move(places)) {
     const TetMesh& mesh = hierarchy_.levels.front();
-    if (mesh.tets.size() > max_tets_for_p2 && hierarchy_.levels.size() > 1) {
+    if (!places_.empty() && mesh.tets.size() > max_tets_for_p2 && hierarchy_.levels.size() > 1) {
         coarse_ = hierarchy_;
         coarse_.levels.erase(coarse_.levels.begin());
         coarse_.transfers.erase(coarse_.transfers.begin());
@@ -88,7 +101,8 @@ void TargetResponses::warn_of_large_mesh() {
 void TargetResponses::add_units(Variation variation, std::size_t value) {
     units_.push_back({variation, value});
     for (std::size_t p = 0; p < patches_.size(); ++p) {
-        for (int motion = 0; motion < (patches_[p].turns ? 6 : 3); ++motion)
+        const bool turns = patches_[p].turns && !places_.empty();
+        for (int motion = 0; motion < (turns ? 6 : 3); ++motion)
             units_.push_back({variation, value, p, motion});
     }
 }
@@ -102,8 +116,9 @@ void TargetResponses::start(std::vector<ResponsePatch> patches,
     failure_.clear();
     lacking_ = {};
     body_.reset();
-    warn_of_large_mesh();
+    if (!places_.empty()) warn_of_large_mesh();
     find_uncertain_fixes();
+    rings_.assign(patches_.size(), Eigen::Matrix3d::Zero());
     responses_.assign(places_.size() * patches_.size(), {});
     for (PatchResponse& r : responses_) {
         r.materials.assign(uncertain_materials_.size(), Eigen::Matrix<double, 3, 6>::Zero());
@@ -111,8 +126,11 @@ void TargetResponses::start(std::vector<ResponsePatch> patches,
     }
     fields_.assign(6 * patches_.size(), {});
     coarse_fields_.assign(6 * patches_.size(), {});
+    model_units_ = 0;
     if (patches_.empty()) return;
     add_units(Variation::none);
+    model_units_ = units_.size();
+    if (places_.empty()) return;
     add_units(Variation::wider);
     if (knows_elements()) {
         if (!coarse_.levels.empty()) add_units(Variation::coarse);
@@ -165,7 +183,10 @@ void TargetResponses::give_up(const Unit& unit, const std::string& why) {
     switch (unit.variation) {
         case Variation::none:
             log_warning(fmt::format(
-                "error statement lacks sensors, patches, materials, fixed, elements, law: {}",
+                "{}: {}",
+                places_.empty()
+                    ? "slips of sensors are judged without the response of the tissue around"
+                    : "error statement lacks sensors, patches, materials, fixed, elements, law",
                 why));
             failure_ = why;
             next_ = units_.size();
@@ -276,6 +297,8 @@ void TargetResponses::solve(const Unit& unit) {
         body_->solve(has_other_mesh(unit.variation) ? other_patches_ : patches_, unit.patch,
                      unit.motion, unit.variation == Variation::wider, first);
     store(unit, body_->sample(field));
+    if (unit.variation == Variation::none && unit.motion < 3)
+        rings_[unit.patch].col(unit.motion) = patches_[unit.patch].ring.interpolate(field);
     if (unit.variation == Variation::none || unit.variation == Variation::coarse)
         first = std::move(field);
 }

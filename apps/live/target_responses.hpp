@@ -8,6 +8,7 @@
 
 #include "apps/live/response_body.hpp"
 #include "apps/scene/body_factory.hpp"
+#include "tracking/sensor_patch.hpp"
 
 namespace livetet {
 
@@ -27,11 +28,15 @@ struct PatchResponse {
     std::vector<Eigen::Matrix<double, 3, 6>> materials, fixed;
 };
 
+/// A patch as the responses take it, once it is placed.
+ResponsePatch response_patch(const SensorPatch& patch);
+
 /// Linear responses of places in a body to the motion of patches on its surface, by static solves
 /// of the body with small strain: of the model as it is, with wider patches, with ten-node
 /// elements, and with each uncertain value of materials and fixed nodes off by its spread. The
-/// differences are what the displacement may be off by. A solve takes as long as some frames:
-/// `work` makes one.
+/// differences are what the displacement may be off by. The same solves of the model as it is give
+/// the responses of the tissue around the patches, which slips are judged by; without places, there
+/// are no others. A solve takes as long as some frames: `work` makes one.
 ///
 /// Use: `start` when patches were placed or released; then `work` until `is_done`.
 class TargetResponses {
@@ -68,6 +73,12 @@ class TargetResponses {
         return responses_[place * patches_.size() + patch];
     }
     const std::vector<Vector3>& places() const { return places_; }
+
+    /// Those of the model as it is are known; they are the first.
+    bool knows_rings() const { return failure_.empty() && next_ >= model_units_; }
+    /// Displacement of the tissue around a patch, as SurfaceRing::interpolate, for a translation of
+    /// the patch while the others rest, m/m. Valid once knows_rings().
+    const Eigen::Matrix3d& ring_response(std::size_t patch) const { return rings_[patch]; }
 
   private:
     /// What differs from the model.
@@ -121,6 +132,8 @@ class TargetResponses {
     /// The model's, and those on coarse_, while work goes on.
     std::vector<std::vector<Vector3>> fields_, coarse_fields_;
     std::vector<PatchResponse> responses_;
+    std::vector<Eigen::Matrix3d> rings_;  ///< see ring_response
+    std::size_t model_units_ = 0;         ///< the first units: of the model as it is
     std::string failure_;
     bool has_warned_ = false;  ///< see start
 };

@@ -142,6 +142,8 @@ class SensorPatch {
     const std::vector<std::int32_t>& wider_nodes() const { return wider_; }
     double wider_by() const { return wider_by_; }
     const SensorPatchOptions& options() const { return options_; }
+    /// The tissue around the patch.
+    const SurfaceRing& ring() const { return ring_; }
 
     const SensorDrive& drive() const { return drive_; }
     SensorTrouble trouble() const { return trouble_; }

@@ -88,6 +88,37 @@ TEST(TargetResponses, AreThoseOfBodiesThatDiffer) {
     EXPECT_GT(responses.at(0, 0).elements.norm(), 0.02);
 }
 
+/// A ring's displacement is that of its nodes, weighed. Without places the model's solves are all.
+TEST(TargetResponses, KnowTheTissueAroundAPatchWithAndWithoutPlaces) {
+    StatedBlock block;
+    ResponsePatch patch = patch_of(block);
+    patch.ring.nodes = test::nodes_where(block.mesh(), [](const Vector3& x) {
+        return x.z() > 0.0599 && std::abs(x.y() - 0.04) < 1e-6 && x.x() > 0.065 && x.x() < 0.075;
+    });
+    ASSERT_EQ(patch.ring.nodes.size(), 1u);
+    patch.ring.nodes.push_back(patch.ring.nodes.front() + 1);
+    patch.ring.weights = {0.25, 0.75};
+    block.places.clear();
+    for (const std::int32_t n : patch.ring.nodes) block.places.push_back(block.mesh().nodes[n]);
+    TargetResponses with(block.scene, block.hierarchy, block.places);
+    TargetResponses without(block.scene, block.hierarchy, {});
+    for (TargetResponses* responses : {&with, &without}) {
+        responses->start({patch}, block.scene.fix);
+        EXPECT_FALSE(responses->knows_rings());
+        for (int unit = 0; unit < 4; ++unit) responses->work();  // set up, three translations
+        EXPECT_TRUE(responses->knows_rings());
+        EXPECT_EQ(responses->is_done(), responses == &without);
+    }
+    const Eigen::Matrix3d K = without.ring_response(0);
+    EXPECT_EQ(with.ring_response(0), K);
+    EXPECT_GT(K(0, 0), 0.1);
+    EXPECT_LT(K(0, 0), 0.9);
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto u = solved(block, block.scene, patch.nodes, axis);
+        EXPECT_LT((K.col(axis) - 1e3 * (0.25 * u[0] + 0.75 * u[1])).norm(), 2e-3) << axis;
+    }
+}
+
 /// What holds the body: its border off by less than an edge of the mesh, which is scaled; and the
 /// stiffness of its springs.
 TEST(TargetResponses, KnowWhatIsFixed) {
