@@ -238,7 +238,7 @@ std::vector<AccuracyErrors> AccuracyModel::run(const AccuracyCase& c) {
     std::vector<std::vector<double>> all_errors(sums.size()), all_radii(sums.size());
     for (std::size_t k = 0; k < press.size(); ++k) {
         const Frame& frame = model.advance(press.sample(k));
-        while (model.work_on_statement()) {
+        while (model.work_on_responses()) {
         }
         const int d = judged_depth(press.time_s(k), static_cast<int>(truth.depths.size()));
         if (d < 0) continue;

@@ -131,7 +131,7 @@ void run_frames(Scene& scene, TrackerSource& source, TrackedBody& tracked, Recor
         if (frame.time_s != last_s)  // else it was not computed again
             latency.add(steady_seconds() - sample->arrived_s);
         last_s = frame.time_s;
-        tracked.work_on_statement();
+        tracked.work_on_responses();
         if (plan.length_s && count.seconds() >= *plan.length_s) break;
     }
 }

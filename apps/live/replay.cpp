@@ -135,7 +135,7 @@ ReplayReport replay_run(const std::filesystem::path& path, const ProgressCallbac
                 report.largest_gap =
                     std::max(report.largest_gap, (frame.displacement[n] - kept[n]).norm());
         }
-        tracked.work_on_statement();
+        tracked.work_on_responses();
         if (progress)
             progress(static_cast<double>(k + 1) / static_cast<double>(run.frames.size()),
                      fmt::format("frame {}", k));

@@ -80,12 +80,16 @@ class TrackedBody {
     /// error of image_from_reference; none: not known.
     void state_errors(std::unique_ptr<ErrorStatement> statement,
                       const std::optional<ExpectedRegistrationError>& registration);
+    /// From the next frame on, slips of sensors beside others are judged with these responses,
+    /// which have no places. For scenes without targets: a statement brings its own. Without
+    /// either, they are judged as if a patch did not move the tissue around it.
+    void judge_slips_by(std::unique_ptr<TargetResponses> responses);
     /// The targets of `Frame::statement`; none if errors are not stated.
     const std::vector<std::string>& target_names() const { return stating_.names; }
     /// Call it after each frame, once that was passed on: after patches were placed, it makes a
-    /// part of the solves that the statement needs. As a rule it does nothing.
+    /// part of the solves that the statement, or judging slips, needs. As a rule it does nothing.
     /// Returns false if nothing is left to do.
-    bool work_on_statement() { return stating_.statement && stating_.statement->work(); }
+    bool work_on_responses();
 
     struct ShownTool {
         std::string tool;
@@ -114,6 +118,8 @@ class TrackedBody {
         SensorPatch patch;
         bool is_hard = false;
         double off_organ = 0;
+        /// Other sensors have moved the model since it was placed.
+        bool had_others = false;
     };
     /// Nodes that were fixed while displaced, on their way to rest.
     struct Settling {
@@ -125,8 +131,9 @@ class TrackedBody {
         std::unique_ptr<ErrorStatement> statement;  ///< none: no targets
         std::vector<std::string> names;             ///< of the targets
         std::optional<ExpectedRegistrationError> registration;
-        std::vector<const SensorPatch*> patches;  ///< that the statement knows
-        bool is_outdated = true;                  ///< patches or fixed nodes have changed
+        std::unique_ptr<TargetResponses> for_slips;  ///< where no errors are stated
+        std::vector<const SensorPatch*> patches;     ///< that the responses are of
+        bool is_outdated = true;                     ///< patches or fixed nodes have changed
     };
     Sensor new_sensor(const SensorOptions& options) const;
     void follow_hand(Sensor& sensor);
@@ -134,6 +141,11 @@ class TrackedBody {
     void begin_settling(const std::vector<std::uint8_t>& before);
     void follow(const TrackerSample& sample);
     void judge_slips();
+    void note_others();
+    std::optional<Eigen::Matrix3d> ring_response(const Sensor& sensor) const;
+    bool has_response(const Sensor& sensor) const;
+    bool renew_patches();
+    void renew_responses_for_slips();
     void place_patches();
     void take_constraints();
     void move_patches();

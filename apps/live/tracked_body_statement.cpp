@@ -6,26 +6,40 @@ namespace livetet {
 
 void TrackedBody::state_errors(std::unique_ptr<ErrorStatement> statement,
                                const std::optional<ExpectedRegistrationError>& registration) {
-    stating_ = {std::move(statement), {}, registration, {}, true};
+    stating_ = {};
+    stating_.statement = std::move(statement);
+    stating_.registration = registration;
     for (const Target& target : stating_.statement->targets())
         stating_.names.push_back(target.name);
 }
 
-void TrackedBody::state_errors_of_frame() {
-    if (!stating_.statement) return;
+/// Whether responses are of this sensor's patch: of markers pulled by hand where errors are stated.
+bool TrackedBody::has_response(const Sensor& sensor) const {
+    return !sensor.leaving && !sensor.patch.nodes().empty() &&
+           (stating_.statement || sensor.by_hand == 0);
+}
+
+/// Lists the patches that responses are of. Returns whether these must be computed anew.
+bool TrackedBody::renew_patches() {
     std::vector<const SensorPatch*>& patches = stating_.patches;
-    const auto is_stated = [](const Sensor& s) { return !s.leaving && !s.patch.nodes().empty(); };
     auto known = patches.begin();
     for (const Sensor& s : sensors_)
-        if (is_stated(s) && (known == patches.end() || *known++ != &s.patch))
+        if (has_response(s) && (known == patches.end() || *known++ != &s.patch))
             stating_.is_outdated = true;
-    if (stating_.is_outdated || known != patches.end()) {
-        patches.clear();
-        for (const Sensor& s : sensors_)
-            if (is_stated(s)) patches.push_back(&s.patch);
-        stating_.statement->start(patches, scene_.fix);
-        stating_.is_outdated = false;
+    if (!stating_.is_outdated && known == patches.end()) return false;
+    patches.clear();
+    for (const Sensor& s : sensors_)
+        if (has_response(s)) patches.push_back(&s.patch);
+    stating_.is_outdated = false;
+    return true;
+}
+
+void TrackedBody::state_errors_of_frame() {
+    if (!stating_.statement) {
+        if (stating_.for_slips) renew_responses_for_slips();
+        return;
     }
+    if (renew_patches()) stating_.statement->start(stating_.patches, scene_.fix);
     const auto& reference = reference_follower_.used();
     const bool is_valid = frame_.registration == RegistrationStatus::valid;
     std::optional<double> solver_error;
@@ -35,9 +49,10 @@ void TrackedBody::state_errors_of_frame() {
         {.reference = reference && is_valid ? &*reference : nullptr,
          .image_from_reference = registration_.image_from_reference(),
          .registration = stating_.registration ? &*stating_.registration : nullptr,
-         .is_unknown_elsewhere = sensors_.empty() || settling_.has_value() ||
-                                 !std::ranges::all_of(sensors_, is_stated)},
-        patches, frame_.displacement, solver_error);
+         .is_unknown_elsewhere =
+             sensors_.empty() || settling_.has_value() ||
+             !std::ranges::all_of(sensors_, [&](const Sensor& s) { return has_response(s); })},
+        stating_.patches, frame_.displacement, solver_error);
 }
 
 }  // namespace livetet

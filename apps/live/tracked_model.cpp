@@ -3,10 +3,9 @@
 namespace livetet {
 
 TrackedModel make_tracked_model(const Scene& scene, MeshHierarchy loaded) {
-    MeshHierarchy for_targets;
-    if (!scene.track->targets.empty()) for_targets = loaded;
+    MeshHierarchy for_responses = loaded;
     return {make_body(PETSC_COMM_SELF, scene, std::move(loaded), Use::track),
-            std::move(for_targets)};
+            std::move(for_responses)};
 }
 
 TrackedBody track_model(const Scene& scene, TrackedModel& model, ToolFinder find_tool,
@@ -14,12 +13,15 @@ TrackedBody track_model(const Scene& scene, TrackedModel& model, ToolFinder find
                         const std::optional<ExpectedRegistrationError>& registration,
                         MisplacedSensor misplaced, SurfaceErrors surface) {
     TrackedBody tracked(scene, model.body, std::move(find_tool), image_from_reference, misplaced);
-    if (scene.track->targets.empty()) return tracked;
-    Scene stated = scene;
-    stated.solver.threads = model.body.body->threads();  // a replay's are the same
-    tracked.state_errors(std::make_unique<ErrorStatement>(stated, std::move(model.for_targets),
-                                                          model.body.mesh(), surface),
-                         registration);
+    Scene alike = scene;
+    alike.solver.threads = model.body.body->threads();  // a replay's are the same
+    if (scene.track->targets.empty())
+        tracked.judge_slips_by(std::make_unique<TargetResponses>(
+            alike, std::move(model.for_responses), std::vector<Vector3>{}));
+    else
+        tracked.state_errors(std::make_unique<ErrorStatement>(alike, std::move(model.for_responses),
+                                                              model.body.mesh(), surface),
+                             registration);
     return tracked;
 }
 

@@ -55,14 +55,18 @@ void explain_spreads(Explanation& e, const Scene& scene) {
                      fmt::format("no effect without track.targets: {}", fmt::join(keys, ", ")));
 }
 
-void explain_slips(Explanation& e, const std::vector<SensorOptions>& sensors) {
+void explain_slips(Explanation& e, const TrackOptions& track) {
+    const std::vector<SensorOptions>& sensors = track.sensors;
+    const bool solves = sensors.size() > 1 && track.targets.empty();
     const auto loose =
         std::ranges::count_if(sensors, [](const SensorOptions& s) { return s.may_slip; });
     if (loose > 0)
         e.uses("slip monitor",
-               fmt::format("{} of {} sensor(s): one that slips over the organ is let go and placed "
-                           "anew",
-                           loose, sensors.size()));
+               fmt::format(
+                   "{} of {} sensor(s): one that slips over the organ is let go and placed "
+                   "anew{}",
+                   loose, sensors.size(),
+                   solves ? "; after one is placed, some frames make a static solve each" : ""));
     else
         e.leaves_out("slip monitor",
                      sensors.empty() ? "no sensors" : "track.sensors: may_slip is false");
@@ -85,7 +89,7 @@ void explain_tracking(Explanation& e, const Scene& scene) {
         e.uses("pose filter", fmt::format("one-euro, {} Hz at rest", *scene.track->smoothing_Hz));
     else
         e.leaves_out("pose smoothing", "track.smoothing_Hz is 0");
-    explain_slips(e, scene.track->sensors);
+    explain_slips(e, *scene.track);
     if (scene.track->targets.empty()) {
         e.leaves_out("error statement", "track.targets is empty");
     } else {

@@ -1,5 +1,7 @@
 #include "tracking/sensor_patch.hpp"
 
+#include <Eigen/Dense>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -29,6 +31,18 @@ PoseFollowerOptions of_product(PoseFollowerOptions options, double distance,
     reference_share = 1 - of_sensor / (o.position_rms * o.position_rms);
     o.rotation_rms *= std::numbers::sqrt2;
     return options;
+}
+
+/// A response scaled down so that it takes no vector along by more than half. The model's ring lags
+/// behind its patch and is not known exactly: what it lacks is at most doubled in the excess.
+Eigen::Matrix3d bounded(const Eigen::Matrix3d& response) {
+    constexpr double max_share = 0.5;
+    const double largest =
+        std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>()
+                      .computeDirect(response.transpose() * response, Eigen::EigenvaluesOnly)
+                      .eigenvalues()
+                      .maxCoeff());
+    return std::min(1.0, max_share / largest) * response;
 }
 
 /// Of a measurement, per axis.
@@ -103,16 +117,22 @@ void SensorPatch::follow(
     if (slipped_) trouble_ = SensorTrouble::slipped;
 }
 
-void SensorPatch::judge_slip(double time_s, std::span<const Eigen::Vector3d> displacement) {
-    if (!options_.may_slip || slipped_ || ring_.nodes.empty() ||
+void SensorPatch::judge_slip(double time_s, std::span<const Eigen::Vector3d> displacement,
+                             const std::optional<Eigen::Matrix3d>& ring_response) {
+    if (!options_.may_slip || slipped_ || nodes_.empty() ||
         drive_.status() != DriveStatus::following)
         return;
-    const Eigen::Vector3d now = ring_.interpolate(displacement);
-    if (is_ring_moved_) ring_placed_ = now - around_;
-    is_ring_moved_ = false;
-    around_ = now - ring_placed_;
-    if (monitor_.update(time_s, drive_.displacement(ring_.middle) - around_, normal_, deviation()))
-        let_go();
+    const Eigen::Vector3d moved = drive_.displacement(ring_.middle);
+    if (ring_response) {
+        if (ring_.nodes.empty()) return;
+        const Eigen::Matrix3d K = bounded(*ring_response);
+        const Eigen::Vector3d now = ring_.interpolate(displacement);
+        if (is_ring_moved_) ring_placed_ = now - by_others_ - K * (moved - by_others_);
+        is_ring_moved_ = false;
+        const Eigen::Matrix3d rest = Eigen::Matrix3d::Identity() - K;
+        by_others_ = moved - rest.inverse() * (moved - (now - ring_placed_));
+    }
+    if (monitor_.update(time_s, moved - by_others_, normal_, deviation())) let_go();
 }
 
 void SensorPatch::let_go() {
@@ -132,7 +152,7 @@ void SensorPatch::give_up_patch() {
     placed_.clear();
     wider_.clear();
     ring_ = {};
-    around_.setZero();
+    by_others_.setZero();
     is_ring_moved_ = false;
 }
 

@@ -84,10 +84,19 @@ class SensorPatch {
                 std::optional<double> ahead_s = {});
 
     /// Judges whether the sensor slips; see SlipMonitor. `displacement`: of the model's nodes in
-    /// the last frame, m. Call it only in frames in which the model follows all that moves the
-    /// organ: a patch that is held or let go elsewhere moves the model otherwise than the organ.
-    /// Allocates nothing.
-    void judge_slip(double time_s, std::span<const Eigen::Vector3d> displacement);
+    /// the last frame, m. `ring_response`: displacement of the ring() for a translation of this
+    /// patch while the others rest, m/m, where other patches have moved the model since this one
+    /// was placed; none: there were no others, and the tissue moves by this patch alone.
+    ///
+    /// Let u be the ring's displacement since placement, d the sensor's at the ring's middle, and K
+    /// the response. Were the patch free, the others would move the tissue there by w, so
+    ///
+    ///     u = K d + (1 - K) w,     and the excess is     d - w = (1 - K)^-1 (d - u).
+    ///
+    /// Call it only in frames in which the model follows all that moves the organ: a patch that is
+    /// held or let go elsewhere moves the model otherwise than the organ. Allocates nothing.
+    void judge_slip(double time_s, std::span<const Eigen::Vector3d> displacement,
+                    const std::optional<Eigen::Matrix3d>& ring_response);
     /// What moves the model until slips are judged again is no motion of the organ, as fixed nodes
     /// have changed: it does not count.
     void leave_ring_out() {
@@ -170,10 +179,11 @@ class SensorPatch {
     double wider_by_ = 0;
     double reference_share_ = 0.5;  ///< of the mean square of the translation's noise
     SensorTrouble trouble_ = SensorTrouble::lost;
-    SurfaceRing ring_;                                       ///< the tissue around the patch
+    SurfaceRing ring_;
     Eigen::Vector3d ring_placed_ = Eigen::Vector3d::Zero();  ///< its displacement at placement, m
-    Eigen::Vector3d around_ = Eigen::Vector3d::Zero();       ///< and since then, when last judged
-    bool is_ring_moved_ = false;                             ///< see leave_ring_out
+    /// By which the others moved the tissue since then, when last judged, m.
+    Eigen::Vector3d by_others_ = Eigen::Vector3d::Zero();
+    bool is_ring_moved_ = false;  ///< see leave_ring_out
     SlipMonitor monitor_;
     bool slipped_ = false;
     int slips_ = 0;

@@ -11,12 +11,11 @@ struct SlipLimits {
     /// Excess along the surface that is no slip, m: about twice what a sensor that rides along
     /// has beside a deep press, as the model deforms otherwise than the organ does.
     double min_excess = 0.004;
-    /// The same as a multiple of the deviation of the sensor's motion by noise. The tissue around
-    /// goes along with noise, too, by a fifth or more: these are at least 2.5 deviations of the
-    /// excess. Both limits are independent, and added as such.
+    /// The same as a multiple of the deviation of the sensor's motion by noise, of which the mean
+    /// takes a part away. Both limits are independent, and added as such.
     double deviations = 2;
-    /// Excess along the surface over that into the organ, below which it is a press: twice what
-    /// an elastic block has that is pressed at 30 degrees from the normal.
+    /// Excess along the surface over that into the organ, below which it is a press: nearly twice
+    /// that of a press at 30 degrees from the normal.
     double cone = 1;
     /// For so long, and in so many frames, the excess must be beyond the limits.
     double duration_s = 0.25;
@@ -27,7 +26,7 @@ struct SlipLimits {
 
 /// Tells a sensor that slips over the organ from one that presses it or rides on it. The excess
 ///
-///     e = displacement of the sensor - displacement of the tissue around its patch in the model,
+///     e = displacement of the sensor - that of the tissue under its patch, were the patch free,
 ///
 /// both since the sensor was placed, is small if it rides along, points into the organ if it
 /// presses, and along the surface if it slips. Let e be the mean of the last excesses, n the

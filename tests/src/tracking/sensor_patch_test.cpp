@@ -135,10 +135,16 @@ TEST(SensorPatch, OffTheSurfaceItIsNotPlacedAndSaysHowFar) {
 }
 
 /// A sensor on a block that is moved along its edge by 10 mm within half a second, and stays there.
-/// The tissue of the model goes along by a share of that.
+/// Of that, others move the tissue of the model by a share `w`, and the patch takes the ring around
+/// along by a share `K` of the rest: u = K d + (1 - K) w d.
 class Moved {
   public:
-    Moved(double share, bool may_slip = true) : share_(share) {
+    struct Shares {
+        double K = 0, w = 0;
+    };
+    /// `known`: what the patch is told of K; none: that it moves the tissue alone.
+    Moved(Shares shares, std::optional<double> known, bool may_slip = true) : shares_(shares) {
+        if (known) known_ = *known * Eigen::Matrix3d::Identity();
         SensorPatchOptions options = followed.patch.options();
         options.may_slip = may_slip;
         followed.patch = SensorPatch(options);
@@ -148,8 +154,9 @@ class Moved {
     /// The next frame.
     void follow() {
         followed.follow(seen_at({0.1 + moved_, 0, 0}));
-        std::fill(now_.begin(), now_.end(), Vector3d(share_ * moved_ + model_moved, 0, 0));
-        followed.patch.judge_slip(followed.time_s, now_);
+        const double u = shares_.K + (1 - shares_.K) * shares_.w;
+        std::fill(now_.begin(), now_.end(), Vector3d(u * moved_ + model_moved, 0, 0));
+        followed.patch.judge_slip(followed.time_s, now_, known_);
     }
     /// Moves the sensor. Returns how long after the motion's begin a slip is told, s.
     std::optional<double> move() {
@@ -170,13 +177,15 @@ class Moved {
     double model_moved = 0;  ///< of the tissue, along x, by what is not the organ's motion, m
 
   private:
-    double share_, moved_ = 0;
+    Shares shares_;
+    std::optional<Eigen::Matrix3d> known_;
+    double moved_ = 0;
     TetMesh block_ = test::block({12, 6, 6}, {0.2, 0.1, 0.1});
     std::vector<Vector3d> now_ = std::vector<Vector3d>(block_.nodes.size(), Vector3d::Zero());
 };
 
 TEST(SensorPatch, OneThatSlipsIsLetGoAndPlacedAnew) {
-    Moved m(0.3);
+    Moved m({.K = 0.3}, 0.3);
     SensorPatch& patch = m.followed.patch;
     const auto told_s = m.move();
     ASSERT_TRUE(told_s);
@@ -207,20 +216,43 @@ TEST(SensorPatch, OneThatSlipsIsLetGoAndPlacedAnew) {
     EXPECT_EQ(patch.slips(), 1);
 }
 
+TEST(SensorPatch, ASlipIsDetectedWhateverThePatchTakesAlong) {
+    for (const double K : {0.0, 0.3, 0.6, 0.75}) {
+        const auto told_s = Moved({.K = K}, K).move();
+        ASSERT_TRUE(told_s) << K;
+        EXPECT_LT(*told_s, 1) << K;
+        EXPECT_TRUE(Moved({.K = K}, std::nullopt).move()) << K << ", the only patch";
+        EXPECT_FALSE(Moved({.K = K, .w = 0.8}, K).move()) << K << ", others move the tissue";
+    }
+    EXPECT_FALSE(Moved({.K = 0.7}, 0).move()) << "else K is not needed";
+}
+
+/// (1 - K)^-1 would magnify what the model does not know of the ring's displacement without limit.
+TEST(SensorPatch, ATissueThatGoesAlongWithThePatchAlmostWhollyTellsNothing) {
+    EXPECT_FALSE(Moved({.K = 0.95}, 0.99).move());
+    EXPECT_FALSE(Moved({.K = 1}, 1).move());
+}
+
 TEST(SensorPatch, OneThatRidesAlongOrMayNotSlipIsFollowed) {
-    for (const auto& [share, may_slip] : {std::pair{0.8, true}, {0.3, false}}) {
-        Moved m(share, may_slip);
-        EXPECT_FALSE(m.move()) << share;
+    for (const auto& [w, may_slip] : {std::pair{0.8, true}, {0.0, false}}) {
+        Moved m({.K = 0.3, .w = w}, 0.3, may_slip);
+        EXPECT_FALSE(m.move()) << w;
         EXPECT_EQ(m.followed.patch.slips(), 0);
         EXPECT_NEAR(m.followed.patch.press(), 0.01, 1e-9);
     }
 }
 
-/// Fixed nodes have changed, and the model moves by 20 mm. Only if that is said it is no slip; one
-/// that follows is seen from there on.
+/// Fixed nodes have changed, and the model moves by 20 mm. Only if that is said it is no slip, or
+/// if the patch is the only one; one that follows is seen from there on.
 TEST(SensorPatch, WhatChangedFixedNodesMoveIsNoSlip) {
+    for (const bool is_alone : {false, true}) {
+        Moved m({.K = 0.3}, is_alone ? std::nullopt : std::optional(0.3));
+        m.model_moved = -0.02;
+        for (int i = 0; i < 40; ++i) m.follow();
+        EXPECT_EQ(m.followed.patch.slips(), is_alone ? 0 : 1);
+    }
     for (const bool is_said : {false, true}) {
-        Moved m(0.3);
+        Moved m({.K = 0.3}, 0.3);
         for (int i = 0; i < 20; ++i) m.follow();
         m.model_moved = -0.02;
         if (is_said) m.followed.patch.leave_ring_out();
