@@ -70,10 +70,9 @@ class OptionMaker {
         if constexpr (std::is_same_v<Value, int>) option->capture_default_str();
         if constexpr (std::is_same_v<T, std::vector<double>> || std::is_same_v<T, std::vector<int>>)
             option->delimiter(',');
-        else if (check.holds)
-            option->check(
-                CLI::Validator([check](const std::string& found) { return refusal(found, check); },
-                               std::string(check.text)));
+        else if (!check.text.empty())
+            option->check(CLI::Validator(
+                [check](const std::string& found) { return refusal(found, check); }, check.text));
     }
 
     /// Empty if the text is a value that the check accepts.

@@ -81,16 +81,15 @@ void visit_fields(Visitor& v, MeshSource& m) {
     v.field("edge_lengths_mm", m.edge_lengths_mm, "mm",
             "edge length of each level, finest first; empty: from tets and levels");
     v.field("tets", m.tets, "", "approximate number of tetrahedra of the finest level",
-            Check<int>{"from 100 to 20000000",
-                       [](const int& n) { return n >= min_tets && n <= max_tets; }});
+            within<int>({min_tets, max_tets}));
     v.field("levels", m.levels, "",
             "number of levels; 0: as many as bring the coarsest to about 150 tets, but one for a "
             ".msh or .vtu",
-            Check<int>{"from 0 to 12", [](const int& n) { return n >= 0 && n <= max_levels; }});
+            within<int>({0, max_levels}));
     v.field("refine", m.refine, "",
             "number of uniform refinements, each tet into eight and each a level more: for meshes "
             "larger than a mesher can write",
-            Check<int>{"from 0 to 4", [](const int& n) { return n >= 0 && n <= 4; }});
+            within<int>({0, 4}));
 }
 
 }  // namespace livetet

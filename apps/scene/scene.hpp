@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -91,12 +90,6 @@ inline Check<std::string> some_components() {
             }};
 }
 
-/// Whether output.fields may have this name.
-inline bool is_result_field(const std::string& name) {
-    return name == "stress" || name == "von_mises" || name == "strain_energy" ||
-           name == "volume_change" || name == "reactions";
-}
-
 template <class Visitor>
 void visit_fields(Visitor& v, FixOptions& f) {
     visit_selection(v, f);
@@ -105,11 +98,11 @@ void visit_fields(Visitor& v, FixOptions& f) {
         "stiffness_N_per_m", f.stiffness_N_per_m, "N/m",
         "held by springs of this total stiffness, shared evenly by the nodes; none: held rigidly; "
         "`500 +- 200` states its spread, for track.targets",
-        Check<Uncertain>{"greater than 0", [](const Uncertain& x) { return x.lowest() > 0; }});
+        greater_than<0, Uncertain>());
     v.field("spread_mm", f.spread_mm, "mm",
             "how far the border of these nodes may be off, one standard deviation, for "
             "track.targets",
-            Check<double>{"from 0 to 100", [](const double& x) { return x >= 0 && x <= 100; }});
+            within({0, 100}));
 }
 
 template <class Visitor>
@@ -170,11 +163,7 @@ void visit_fields(Visitor& v, OutputOptions& o) {
     v.field("fields", o.fields, "",
             "`solve`: fields kept beside displacements: stress, von_mises, strain_energy, "
             "volume_change (of each tet), reactions (of each node)",
-            Check<std::vector<std::string>>{
-                "some of stress, von_mises, strain_energy, volume_change, reactions",
-                [](const std::vector<std::string>& names) {
-                    return std::all_of(names.begin(), names.end(), is_result_field);
-                }});
+            some_of({"stress", "von_mises", "strain_energy", "volume_change", "reactions"}));
 }
 
 template <class Visitor>

@@ -131,7 +131,7 @@ void visit_fields(Visitor& v, PublishOptions& o) {
             "address to listen on: 127.0.0.1 for this machine only, 0.0.0.0 for all its networks");
     v.field("port", o.port, "",
             "TCP port; a tracker's own server usually has 18944; 0: any free port",
-            Check<int>{"from 0 to 65535", [](const int& n) { return n >= 0 && n <= 65535; }});
+            within<int>({0, 65535}));
     v.field("rate_Hz", o.rate_Hz, "Hz", "maximum frame rate; 0: every frame", at_least<0>());
     v.field("surface", o.surface, "", "name of the organ's surface");
 }
@@ -161,15 +161,12 @@ void visit_fields(Visitor& v, TrackOptions& t) {
     v.field("max_displacement_mm", t.max_displacement_mm, "mm",
             "a sensor farther than this from where it was placed counts as lost",
             greater_than<0>());
-    v.field(
-        "position_noise_mm", t.position_noise_mm, "mm",
-        "the tracker's position error, RMS length, as its maker states it: what the pose "
-        "estimator begins with; it learns if the noise is greater",
-        Check<double>{"from 0.01 to 100", [](const double& x) { return x >= 0.01 && x <= 100; }});
-    v.field(
-        "rotation_noise_deg", t.rotation_noise_deg, "degrees",
-        "the tracker's rotation error, RMS angle",
-        Check<double>{"from 0.001 to 45", [](const double& x) { return x >= 0.001 && x <= 45; }});
+    v.field("position_noise_mm", t.position_noise_mm, "mm",
+            "the tracker's position error, RMS length, as its maker states it: what the pose "
+            "estimator begins with; it learns if the noise is greater",
+            within({0.01, 100}));
+    v.field("rotation_noise_deg", t.rotation_noise_deg, "degrees",
+            "the tracker's rotation error, RMS angle", within({0.001, 45}));
     v.field("smoothing_Hz", t.smoothing_Hz, "Hz",
             "smooths poses by the one-euro filter with this cut-off frequency at rest, in place of "
             "the pose estimator; 0: no smoothing",
@@ -179,15 +176,13 @@ void visit_fields(Visitor& v, TrackOptions& t) {
             "shown; auto: the measured time from a sample's arrival to its published frame, and "
             "display_ms, at most 100 together; default: 0, or 40 with a one-euro filter, for its "
             "lag",
-            Check<NumberOrAuto>{"from 0 to 500, or auto", [](const NumberOrAuto& x) {
-                                    return x.is_auto() || (*x.number >= 0 && *x.number <= 500);
-                                }});
+            within<NumberOrAuto>({0, 500}, ", or auto"));
     v.field("display_ms", t.display_ms, "ms",
             "with ahead_ms: auto, the part of the latency that cannot be measured here: from the "
             "tracker's measurement to its arrival, and from the published frame to the screen",
-            Check<double>{"from 0 to 100", [](const double& x) { return x >= 0 && x <= 100; }});
+            within({0, 100}));
     v.field("linearisations", t.newton_iterations, "", "Newton iterations of a frame",
-            Check<int>{"from 1 to 4", [](const int& n) { return n >= 1 && n <= 4; }});
+            within<int>({1, 4}));
     v.field("budget", t.budget, "",
             "time budget of a frame, such as 10 ms: as many solver iterations as fit, at least "
             "one; none: to the solver's relative_tolerance, however long it takes",

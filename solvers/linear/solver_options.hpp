@@ -81,11 +81,11 @@ void visit_fields(Visitor& v, SolverOptions& s) {
             at_least<0, int>());
     v.field("relative_tolerance", s.relative_tolerance, "",
             "of each linear solve: residual relative to the right-hand side",
-            Check<double>{"above 0 and below 1", [](const double& x) { return x > 0 && x < 1; }});
+            within({0, 1, Ends::excluded}));
     v.field("max_iterations", s.max_iterations, "", "of each linear solve", at_least<1, int>());
     v.field("newton_tolerance", s.newton_tolerance, "",
             "of `solve`: force out of balance relative to the forces at work",
-            Check<double>{"above 0 and below 1", [](const double& x) { return x > 0 && x < 1; }});
+            within({0, 1, Ends::excluded}));
     v.field("max_newton", s.max_newton, "", "Newton iterations that a step of `solve` may take",
             at_least<1, int>());
     v.field("time_limit_s", s.time_limit_s, "s",

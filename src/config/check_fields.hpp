@@ -20,7 +20,7 @@ class FieldChecker {
     template <class T>
     void field(std::string_view key, const T& value, std::string_view unit, std::string_view,
                Check<T> check = {}) {
-        if (is_finite(value) && (!check.holds || check.holds(value))) return;
+        if (is_finite(value) && check.holds(value)) return;
         fail("{}{} = {}{}{} must be {}{}", prefix_, key, text_of(value), unit.empty() ? "" : " ",
              unit, check.text.empty() ? std::string_view("finite") : check.text,
              spread_note(value));

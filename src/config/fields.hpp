@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <cmath>
 #include <initializer_list>
 #include <limits>
@@ -12,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "config/interval.hpp"
 #include "config/number_or_auto.hpp"
 #include "config/uncertain.hpp"
 
@@ -35,13 +37,6 @@
 /// alternatives() that returns one of each; its keys stand in the same table.
 namespace livetet {
 
-/// Condition on a value; `text` completes the sentence "must be ...".
-template <class T>
-struct Check {
-    std::string_view text{};
-    bool (*holds)(const T&) = nullptr;
-};
-
 /// Whether all numbers in a value are finite; true for values without numbers.
 template <class T>
 bool is_finite(const T& value) {
@@ -60,22 +55,54 @@ bool is_finite(const T& value) {
     return true;
 }
 
-namespace detail {
-template <int Limit>
-constexpr std::string_view limit_text(bool inclusive) {
-    static_assert(Limit == 0 || Limit == 1, "add the text for this limit");
-    if constexpr (Limit == 0) return inclusive ? "at least 0" : "greater than 0";
-    return inclusive ? "at least 1" : "greater than 1";
-}
-}  // namespace detail
+/// Condition on a value; `text` completes the sentence "must be ...". What is known as data, and
+/// not only to the predicate, also enters the JSON schema.
+template <class T>
+struct Check {
+    std::string text{};
+    bool (*predicate)(const T&) = nullptr;
+    Interval interval{};                    ///< of a number; of the number beside `auto`
+    std::vector<std::string_view> names{};  ///< what the entries of a list may be; none: anything
 
-template <int Limit, class T = double>
-constexpr Check<T> greater_than() {
-    return {detail::limit_text<Limit>(false), [](const T& x) { return x > Limit; }};
+    /// A value with a spread must fulfil the interval from value - spread to value + spread.
+    bool holds(const T& value) const {
+        if (predicate && !predicate(value)) return false;
+        if constexpr (std::is_arithmetic_v<T>) {
+            return interval.contains(value);
+        } else if constexpr (std::is_same_v<T, Uncertain>) {
+            return interval.contains(value.lowest()) && interval.contains(value.highest());
+        } else if constexpr (std::is_same_v<T, NumberOrAuto>) {
+            return value.is_auto() || interval.contains(*value.number);
+        } else if constexpr (std::is_same_v<T, std::vector<std::string>>) {
+            return names.empty() || std::all_of(value.begin(), value.end(), [&](const auto& name) {
+                       return std::find(names.begin(), names.end(), name) != names.end();
+                   });
+        } else {
+            return true;
+        }
+    }
+};
+
+/// The interval as a check. `reason` follows its text: ", where the material is positive definite".
+template <class T = double>
+Check<T> within(Interval interval, std::string_view reason = "") {
+    return {interval.text().append(reason), nullptr, interval};
 }
 template <int Limit, class T = double>
-constexpr Check<T> at_least() {
-    return {detail::limit_text<Limit>(true), [](const T& x) { return x >= Limit; }};
+Check<T> greater_than() {
+    return within<T>({.low = Limit, .ends = Ends::low_excluded});
+}
+template <int Limit, class T = double>
+Check<T> at_least() {
+    return within<T>({.low = Limit});
+}
+
+/// A list whose entries are among `names`, literals.
+inline Check<std::vector<std::string>> some_of(std::vector<std::string_view> names) {
+    std::string text;
+    for (const std::string_view name : names)
+        text.append(text.empty() ? "some of " : ", ").append(name);
+    return {std::move(text), nullptr, {}, std::move(names)};
 }
 
 /// One value of an enumeration: its name in files and its meaning in the reference.

@@ -90,7 +90,7 @@ class YamlReader {
         const YAML::Node node = find(key);
         if (!node) return;
         value = convert<T>(key, node);
-        if (!is_finite(value) || (check.holds && !check.holds(value)))
+        if (!is_finite(value) || !check.holds(value))
             fail("{}{} = {}{}{} must be {}{} ({})", prefix_, key, text_of(node),
                  unit.empty() ? "" : " ", unit,
                  check.text.empty() ? std::string_view("finite") : check.text, spread_note(value),

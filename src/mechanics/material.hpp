@@ -76,11 +76,10 @@ inline double contrast_of(std::span<const Material> materials) {
 template <class Visitor>
 void visit_fields(Visitor& v, Material& m) {
     v.field("young_Pa", m.young_Pa, "Pa", "Young's modulus; may have a spread: 3000 +- 600",
-            Check<Uncertain>{"greater than 0", [](const Uncertain& x) { return x.lowest() > 0; }});
+            greater_than<0, Uncertain>());
     v.field(
         "poisson", m.poisson, "", "Poisson's ratio; may have a spread: 0.45 +- 0.03",
-        Check<Uncertain>{"above -1 and below 0.5, where the material is positive definite",
-                         [](const Uncertain& x) { return x.lowest() > -1 && x.highest() < 0.5; }});
+        within<Uncertain>({-1, 0.5, Ends::excluded}, ", where the material is positive definite"));
     v.field("density_kg_per_m3", m.density_kg_per_m3, "kg/m^3", "mass density", greater_than<0>());
     v.field("region", m.region, "",
             "region label of the mesh this material is for; 0: all regions without a material of "

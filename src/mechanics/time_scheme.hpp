@@ -43,14 +43,11 @@ void visit_fields(Visitor& v, TimeOptions& t) {
             "all are step_s",
             at_least<0>());
     v.field("duration_s", t.duration_s, "s", "how long `solve` runs", greater_than<0>());
-    v.field(
-        "beta", t.beta, "", "Newmark's beta",
-        Check<double>{"above 0 and at most 1", [](const double& x) { return x > 0 && x <= 1; }});
+    v.field("beta", t.beta, "", "Newmark's beta", within({0, 1, Ends::low_excluded}));
     v.field("gamma", t.gamma, "", "Newmark's gamma; 1/2: no damping of its own",
-            Check<double>{"from 0.5 to 1.5", [](const double& x) { return x >= 0.5 && x <= 1.5; }});
+            within({0.5, 1.5}));
     v.field("rho_inf", t.rho_inf, "",
-            "spectral radius at infinite frequency: 0 damps most, 1 not at all",
-            Check<double>{"from 0 to 1", [](const double& x) { return x >= 0 && x <= 1; }});
+            "spectral radius at infinite frequency: 0 damps most, 1 not at all", within({0, 1}));
     v.field("rayleigh_alpha", t.rayleigh_alpha, "1/s", "Rayleigh damping: C = alpha M + beta K",
             at_least<0>());
     v.field("rayleigh_beta", t.rayleigh_beta, "s", "Rayleigh damping: C = alpha M + beta K",

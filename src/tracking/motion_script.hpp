@@ -104,7 +104,7 @@ void visit_fields(Visitor& v, MotionScript& s) {
     v.field("rotation_noise_deg", s.rotation_noise_deg, "deg", "RMS angle of a rotation's error",
             at_least<0>());
     v.field("dropout_rate", s.dropout_rate, "", "fraction of the poses that are missing at random",
-            Check<double>{"from 0 to 1", [](const double& x) { return x >= 0 && x <= 1; }});
+            within({0, 1}));
     v.field("latency_ms", s.latency_ms, "ms", "mean delay of a sample", at_least<0>());
     v.field("latency_jitter_ms", s.latency_jitter_ms, "ms",
             "RMS deviation of the delay; no sample arrives early", at_least<0>());

@@ -71,7 +71,7 @@ void HolzapfelGasserOgden::visit_keys(FieldVisitor& v) {
             greater_than<0>());
     v.field("dispersion", dispersion, "",
             "kappa, of the fibres' directions: 0 all along fibre_1 (fibre_2), 1/3 isotropic",
-            {"from 0 to 1/3", [](const double& x) { return x >= 0 && x <= 1.0 / 3; }});
+            {"from 0 to 1/3", nullptr, {0, 1.0 / 3}});
     v.field("fibre_1", fibre_1, "", "direction of the fibres at rest, RAS, of any length",
             a_direction());
     v.field("fibre_2", fibre_2, "", "direction of a second family, as stiff", a_direction());

@@ -14,7 +14,7 @@ void MooneyRivlin::visit_keys(FieldVisitor& v) {
     v.field("c01_share", c01_share, "",
             "c01 / (c10 + c01), of energy c10 (I1 - 3) + c01 (I2 - 3) with 2 (c10 + c01) = mu; 0: "
             "neo-Hookean",
-            {"from 0 to 1", [](const double& x) { return x >= 0 && x <= 1; }});
+            within({0, 1}));
 }
 
 double MooneyRivlin::shear_energy(double mu, const Matrix3& H, const Matrix3&) const {
