@@ -11,6 +11,12 @@ function(run)
 endfunction()
 file(REMOVE_RECURSE ${place})  # what an earlier version installed must not be found
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${place}/install)
+foreach(file share/man/man1/livetet.1 share/man/man1/livetet-solve.1 share/bash-completion/completions/livetet
+    share/zsh/site-functions/_livetet share/livetet/scene.schema.json share/livetet/study.schema.json)
+  if(NOT EXISTS ${place}/install/${file})
+    message(FATAL_ERROR "the install tree has no ${file}")
+  endif()
+endforeach()
 run(${CMAKE_COMMAND} -S ${EXAMPLES} -B ${place}/build -G ${GENERATOR} -DCMAKE_BUILD_TYPE=Release
   -DCMAKE_PREFIX_PATH=${place}/install -DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER})
 run(${CMAKE_COMMAND} --build ${place}/build)

@@ -160,9 +160,7 @@ void add_commands(CLI::App& app, livetet::ExitStatus& status) {
     add_tune_command(app, status);
     add_bench_command(app, status);
     add_scene_command(app);
-#ifdef LIVETET_IMAGES  // the pages describe every command
     add_reference_command(app);
-#endif
 }
 
 /// Parses the command line and runs the command. Throws what the command throws.
