@@ -26,15 +26,16 @@ namespace {
 using nlohmann::json;
 
 /// YAML as an editor's language server sees it: plain scalars by the core schema of YAML 1.2.
-json json_of(const YAML::Node& node) {
+json document_of(const YAML::Node& node) {
     if (node.IsMap()) {
         json table = json::object();
-        for (const auto& entry : node) table[entry.first.as<std::string>()] = json_of(entry.second);
+        for (const auto& entry : node)
+            table[entry.first.as<std::string>()] = document_of(entry.second);
         return table;
     }
     if (node.IsSequence()) {
         json list = json::array();
-        for (const YAML::Node& entry : node) list.push_back(json_of(entry));
+        for (const YAML::Node& entry : node) list.push_back(document_of(entry));
         return list;
     }
     if (!node.IsDefined() || node.IsNull()) return nullptr;
@@ -151,7 +152,7 @@ template <class Table>
 void expect_all_keys_in(const std::string& text) {
     std::set<std::string> keys, given;
     collect_keys(schema_as_json<Table>(), "", keys);
-    collect_given(json_of(YAML::Load(text)), "", given);
+    collect_given(document_of(YAML::Load(text)), "", given);
     EXPECT_EQ(given, keys);
 }
 
@@ -189,7 +190,7 @@ class Judge {
         return validator_.validate(schema_, valijson::adapters::NlohmannJsonAdapter(document),
                                    nullptr);
     }
-    bool accepts(const std::string& text) { return accepts(json_of(YAML::Load(text))); }
+    bool accepts(const std::string& text) { return accepts(document_of(YAML::Load(text))); }
 
   private:
     valijson::Schema schema_;
@@ -252,7 +253,7 @@ void expect_no_mistyped_key_in(const std::string& text) {
     Judge judge(schema);
     std::set<std::string> known;
     collect_keys(schema, "", known);
-    json document = json_of(YAML::Load(text));
+    json document = document_of(YAML::Load(text));
     ASSERT_TRUE(judge.accepts(document)) << text;
     EXPECT_GT(mistype_each(document, document, known, "", judge), 5 * known.size());
 }
@@ -295,7 +296,7 @@ TEST(JsonSchema, RefusesEveryKeyMistypedByOneLetter) {
         Judge judge(schema_as_json<Scene>());
         std::set<std::string> known;
         collect_keys(schema_as_json<Scene>(), "", known);
-        json document = json_of(YAML::Load(text));
+        json document = document_of(YAML::Load(text));
         EXPECT_GT(mistype_each(document, document, known, "", judge), 50u) << name;
     }
 }
