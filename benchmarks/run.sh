@@ -92,7 +92,7 @@ workprecision() {
             --figure "$out/workprecision_$name.png" --memory-figure "$out/memory_$name.png"
     done
 }
-realtime() { measure realtime realtime $(full '--frames 150' '--size P60 --frames 20') --json "$out/realtime.json"; }
+realtime() { measure realtime realtime $(full "--figure $out/realtime.png" '--size P60 --frames 20') --json "$out/realtime.json"; }
 latency() { measure latency latency $(full '' '--for 3 --tets 3000') --json "$out/latency.json"; }
 view() { measure view view $(full '' '--for 1 --stretches 1 --tets 3000') --json "$out/view.json"; }
 warp() { measure warp warp $(full '' '--size 64 --tets 3000 --repeats 1') --json "$out/warp.json"; }

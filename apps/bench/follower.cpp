@@ -36,12 +36,14 @@ Follower::Follower(const Scene& scene, const MeshHierarchy& hierarchy,
 Measured Follower::frame(const TrackerSample& sample, FrameLimits limits,
                          std::optional<double> budget_s) {
     Measured m;
+    watch_.start();
     const auto start = Clock::now();
     if (budget_s)
         limits.deadline = start + std::chrono::duration_cast<Clock::duration>(
                                       std::chrono::duration<double>(*budget_s));
     const Frame& frame = model_.advance(sample, limits);
     m.seconds = seconds_since(start);
+    m.cores = watch_.stop();
     m.step = frame.step;
     m.sensor_s = frame.sensor_s;
     m.output_s = frame.output_s;

@@ -47,6 +47,7 @@ class Follower {
     Scene scene_;
     SceneBody body_;
     TrackedBody model_;
+    CoreWatch watch_;
     std::unique_ptr<DeformableBody> reference_;
 };
 

@@ -26,10 +26,12 @@ Constraints beam_constraints(const TetMesh& mesh, double t) {
 
 }  // namespace
 
-RealtimeResult measure_beam(const BeamSize& size, const MeshHierarchy& hierarchy, int threads,
-                            double bandwidth, ProgressLine& progress) {
+RealtimeResult measure_beam(const BeamSize& size, const MeshHierarchy& hierarchy,
+                            const RealtimeArguments& arguments, double bandwidth,
+                            ProgressLine& progress) {
     constexpr double dt = 1.0 / 30;
     constexpr int steps = 30;
+    const int turns = (arguments.frames + steps - 1) / steps;
     const Material material{.young_Pa = 5000, .poisson = 0.45, .density_kg_per_m3 = 1000};
     const ElasticModel model{std::span(&material, 1), "corotated", Formulation::displacement};
     const TimeOptions time{
@@ -48,31 +50,31 @@ RealtimeResult measure_beam(const BeamSize& size, const MeshHierarchy& hierarchy
     std::vector<Vector3> reached;
     {
         DeformableBody body({PETSC_COMM_SELF, hierarchy}, model, time,
-                            {.kind = SolverKind::live, .threads = threads});
+                            {.kind = SolverKind::live, .threads = arguments.threads});
         result.threads = body.threads();
         reached.resize(mesh.nodes.size());
         std::vector<Measured> frames;
-        for (int turn = 0; turn < 12;
-             ++turn) {  // repeats the thirty steps until a 99th percentile is meaningful
+        CoreWatch watch;
+        for (int turn = 0; turn <= turns; ++turn) {  // the first one warms up
             body.set_displacement(std::vector<Vector3>(mesh.nodes.size(), Vector3::Zero()));
             body.set_velocity(std::vector<Vector3>(mesh.nodes.size(), Vector3::Zero()));
             for (int k = 1; k <= steps; ++k) {
                 const Constraints constraints = beam_constraints(mesh, k * dt);
                 const auto allocations = allocations_of_this_thread();
-                const long blocked = times_blocked();
                 Measured m;
+                watch.start();
                 const auto start = Clock::now();
                 body.set_constraints(constraints);
                 m.step =
                     body.advance(dt, {.linear_tolerance = 1e-4, .max_iterations = size.iterations});
                 body.displacement(reached);
                 m.seconds = seconds_since(start);
+                m.cores = watch.stop();
                 if (turn == 0) continue;
                 result.allocations += allocations_of_this_thread() - allocations;
-                result.blocked += times_blocked() - blocked;
                 frames.push_back(m);
             }
-            progress.update(0.3 * turn / 12, size.name + ": times");
+            progress.update(0.3 * turn / (turns + 1), size.name + ": times");
         }
         take_times(result, frames);
         for (const Measured& m : frames)
@@ -81,7 +83,7 @@ RealtimeResult measure_beam(const BeamSize& size, const MeshHierarchy& hierarchy
             bytes_of_frame(body, result.tets, result.nodes, result.cycles_mean, time.scheme);
     }
     DeformableBody converged({PETSC_COMM_SELF, hierarchy}, model, time,
-                             {.kind = SolverKind::live, .threads = threads});
+                             {.kind = SolverKind::live, .threads = arguments.threads});
     for (int k = 1; k <= steps; ++k) {
         progress.update(0.3 + 0.7 * k / steps, size.name + ": converged run");
         converged.set_constraints(beam_constraints(mesh, k * dt));

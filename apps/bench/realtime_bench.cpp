@@ -6,7 +6,7 @@
 #include "apps/bench/beam_mesh.hpp"
 #include "apps/bench/benchmarks.hpp"
 #include "apps/bench/figure_option.hpp"
-#include "apps/bench/memory_bandwidth.hpp"
+#include "apps/bench/machine_figures.hpp"
 #include "apps/bench/realtime_cases.hpp"
 #include "apps/bench/realtime_front.hpp"
 #include "base/error.hpp"
@@ -38,9 +38,8 @@ int bench_realtime(const RealtimeArguments& arguments) {
         arguments.threads > 0
             ? arguments.threads
             : std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 4);
-    const double bandwidth = measure_bandwidth(threads);
-    fmt::print("memory bandwidth, {} thread{}: {:.1f} GB/s\n\n", threads, threads == 1 ? "" : "s",
-               bandwidth / 1e9);
+    const MachineFigures machine = measure_machine(threads);
+    print_machine(machine);
     if (arguments.frames > 0) print_realtime_header();
     std::vector<RealtimeResult> results;
     std::vector<WorkPrecisionChart> charts;
@@ -57,20 +56,21 @@ int bench_realtime(const RealtimeArguments& arguments) {
             for (const double nu : {0.45, 0.49})
                 for (const TimeScheme scheme :
                      {TimeScheme::static_equilibrium, TimeScheme::newmark})
-                    keep(measure_phantom(size, hierarchy, nu, scheme, arguments, bandwidth,
-                                         progress));
+                    keep(measure_phantom(size, hierarchy, nu, scheme, arguments,
+                                         machine.bandwidth(), progress));
         if (!arguments.figure.empty() && charts.empty())
             charts.push_back(measure_methods(size, hierarchy, arguments.threads, progress));
     }
     for (const BeamSize& size : beams)
         if (requested(size.name) && arguments.frames > 0)
-            keep(measure_beam(size, mesh_beam(size.edge_m, progress.callback()), arguments.threads,
-                              bandwidth, progress));
+            keep(measure_beam(size, mesh_beam(size.edge_m, progress.callback()), arguments,
+                              machine.bandwidth(), progress));
     nlohmann::json front;
     if (requested("front") && arguments.frames > 0) {
-        const std::vector<FrontRow> rows = measure_front(
-            {std::clamp(arguments.frames, 60, 180), arguments.truth_tets, arguments.threads},
-            progress);
+        const std::vector<FrontRow> rows =
+            measure_front({std::max(arguments.frames, 60), std::clamp(arguments.frames, 60, 180),
+                           arguments.truth_tets, arguments.threads},
+                          progress);
         print_front(rows);
         front = json_of(rows);
         charts.push_back(chart_of(rows));
@@ -82,6 +82,7 @@ int bench_realtime(const RealtimeArguments& arguments) {
         all = all && r.meets_target();
     }
     if (!front.is_null()) list.push_back({{"name", "front"}, {"rows", front}});
+    list.push_back({{"name", "machine"}, {"figures", json_of(machine)}});
     if (!arguments.json.empty()) write_text_file(arguments.json, list.dump(2) + "\n");
     if (!charts.empty() && !arguments.figure.empty())
         write_work_precision_picture(arguments.figure, charts);
@@ -100,8 +101,9 @@ void add_realtime_benchmark(CLI::App& bench, int& status) {
                         "cases: P60, V68 (the phantom), beamA, beamB, front (whole error "
                         "against frame time, by elements and law); default: all");
     command
-        ->add_option("--frames", a->frames,
-                     "timed frames of each phantom case; 0: none, for --figure alone")
+        ->add_option(
+            "--frames", a->frames,
+            "timed frames of each case, and of each row of front; 0: none, for --figure alone")
         ->capture_default_str()
         ->check(CLI::Range(0, 1000000));
     command

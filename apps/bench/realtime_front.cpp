@@ -10,6 +10,7 @@
 #include "apps/bench/distribution_table.hpp"
 #include "apps/bench/follower.hpp"
 #include "apps/bench/realtime_cases.hpp"
+#include "apps/plots/pareto.hpp"
 #include "mesh/quadratic.hpp"
 
 namespace livetet {
@@ -40,57 +41,104 @@ Scene front_scene(Elements elements, const std::string& law, int threads) {
     return scene;
 }
 
-void take_times(FrontRow& row, const Measured& frame, std::vector<double>& seconds) {
-    seconds.push_back(frame.seconds);
-    row.forces_s += frame.step.forces_s;
-    row.operator_s += frame.step.operator_s;
-    row.solve_s += frame.step.solve_s;
-}
+/// A body that follows the press, and what its frames come to.
+class FrontRun {
+  public:
+    FrontRun(const FrontMesh& mesh, const std::string& law, int iterations,
+             const MeshHierarchy& hierarchy, const Truth& truth, const FrontOptions& options)
+        : truth_(truth),
+          limits_{.max_iterations = iterations},
+          judged_(judged_targets(truth)),
+          follower_(front_scene(mesh.elements, law, options.threads), hierarchy, tracker()),
+          targets_(follower_.mesh(), places()),
+          row_{.elements = name_of(mesh.elements),
+               .law = law,
+               .tets = follower_.mesh().tets.size(),
+               .nodes = follower_.mesh().nodes.size(),
+               .iterations = iterations} {}
 
-/// Runs the frames of a row; times are of the frames from the first press on.
+    static SimulatedTrackerOptions tracker() {
+        SimulatedTrackerOptions tracker = bench_tracker();
+        tracker.position_rms_mm = tracker.rotation_rms_deg = 0;
+        return tracker;
+    }
+
+    void rest(const TrackerSample& sample) { (void)follower_.frame(sample, limits_); }
+
+    /// A frame whose errors are taken, and where `judged` its distance from the converged one.
+    void measured(const TrackerSample& sample, double depth, bool judged) {
+        if (judged) {
+            const Measured m = follower_.judged_frame(sample, limits_, 1 / rate);
+            solver_ += m.error * m.error;
+            ++solved_;
+        } else {
+            timed(sample);
+        }
+        if (depth < press / 3) return;
+        const std::vector<Vector3> u = targets_.sample(follower_.body().displacement());
+        for (std::size_t i = 0; i < judged_.size(); ++i) {
+            const double error =
+                (u[i] - displacement_of(truth_, truth_.targets[judged_[i]], depth)).norm();
+            squares_ += error * error;
+            row_.worst = std::max(row_.worst, error);
+            ++count_;
+        }
+    }
+
+    void timed(const TrackerSample& sample) {
+        const Measured m = follower_.frame(sample, limits_);
+        times_.push_back({m.seconds, m.cores});
+        row_.forces_s += m.step.forces_s;
+        row_.operator_s += m.step.operator_s;
+        row_.solve_s += m.step.solve_s;
+    }
+
+    FrontRow row() {
+        for (double FrontRow::*stage :
+             {&FrontRow::forces_s, &FrontRow::operator_s, &FrontRow::solve_s})
+            row_.*stage /= static_cast<double>(times_.size());
+        row_.times = frame_times(times_);
+        row_.rms = std::sqrt(squares_ / count_);
+        row_.solver = std::sqrt(solver_ / solved_);
+        return row_;
+    }
+
+  private:
+    std::vector<Vector3> places() const {
+        std::vector<Vector3> places;
+        for (const std::size_t i : judged_) places.push_back(truth_.targets[i].position);
+        return places;
+    }
+
+    const Truth& truth_;
+    FrameLimits limits_;
+    std::vector<std::size_t> judged_;
+    Follower follower_;
+    PointSampler targets_;
+    FrontRow row_;
+    std::vector<FrameSample> times_;
+    double squares_ = 0, count_ = 0, solver_ = 0, solved_ = 0;
+};
+
+/// Runs the frames of a row: at rest, then those whose errors are taken, then those that are only
+/// timed.
 FrontRow measure_row(const FrontMesh& mesh, const std::string& law, int iterations,
                      const MeshHierarchy& hierarchy, const Truth& truth,
                      const FrontOptions& options) {
-    SimulatedTrackerOptions tracker = bench_tracker();
-    tracker.position_rms_mm = tracker.rotation_rms_deg = 0;
-    const auto samples = record_press(tracker, rate, options.frames, press_depth, 0.2);
-    const std::size_t first = samples.size() - options.frames;
-    Follower follower(front_scene(mesh.elements, law, options.threads), hierarchy, tracker);
-    const std::vector<std::size_t> judged = judged_targets(truth);
-    std::vector<Vector3> places;
-    for (const std::size_t i : judged) places.push_back(truth.targets[i].position);
-    const PointSampler targets(follower.mesh(), places);
-    FrontRow row{name_of(mesh.elements),       law,        follower.mesh().tets.size(),
-                 follower.mesh().nodes.size(), iterations, {}};
-    std::vector<double> seconds;
-    double squares = 0, solver = 0, count = 0, solved = 0;
-    for (std::size_t k = 0; k < samples.size(); ++k) {
-        const double depth = k < first ? 0 : press_depth(static_cast<double>(k - first) / rate);
-        const bool is_judged = k >= first && (k - first) % 30 == 20;
-        const Measured m =
-            is_judged ? follower.judged_frame(samples[k], {.max_iterations = iterations}, 1 / rate)
-                      : follower.frame(samples[k], {.max_iterations = iterations});
-        if (k < first) continue;
-        if (is_judged)
-            solver += m.error * m.error, ++solved;
+    // The frames between the judged ones are timed, too.
+    const int timed = std::max(0, options.frames - options.error_frames * 29 / 30);
+    const int pressed = options.error_frames + timed;
+    const auto samples = record_press(FrontRun::tracker(), rate, pressed, press_depth, 0.2);
+    const std::size_t first = samples.size() - pressed;
+    FrontRun run(mesh, law, iterations, hierarchy, truth, options);
+    for (std::size_t k = 0; k < first; ++k) run.rest(samples[k]);
+    for (int k = 0; k < pressed; ++k) {
+        if (k < options.error_frames)
+            run.measured(samples[first + k], press_depth(k / rate), k % 30 == 20);
         else
-            take_times(row, m, seconds);
-        if (depth < press / 3) continue;
-        const std::vector<Vector3> u = targets.sample(follower.body().displacement());
-        for (std::size_t i = 0; i < judged.size(); ++i) {
-            const double error =
-                (u[i] - displacement_of(truth, truth.targets[judged[i]], depth)).norm();
-            squares += error * error;
-            row.worst = std::max(row.worst, error);
-            ++count;
-        }
+            run.timed(samples[first + k]);
     }
-    for (double FrontRow::*stage : {&FrontRow::forces_s, &FrontRow::operator_s, &FrontRow::solve_s})
-        row.*stage /= static_cast<double>(seconds.size());
-    row.seconds = distribution(std::move(seconds));
-    row.rms = std::sqrt(squares / count);
-    row.solver = std::sqrt(solver / solved);
-    return row;
+    return run.row();
 }
 
 }  // namespace
@@ -115,24 +163,48 @@ std::vector<FrontRow> measure_front(const FrontOptions& options, ProgressLine& p
                 ++done;
             }
     }
+    mark_front(rows);
     return rows;
 }
 
+void mark_front(std::vector<FrontRow>& rows) {
+    std::vector<double> seconds, errors;
+    for (FrontRow& r : rows) {
+        r.on_front = false;
+        seconds.push_back(r.times.all.median);
+        errors.push_back(r.rms);
+    }
+    for (const std::size_t k : pareto_front(seconds, errors)) rows[k].on_front = true;
+}
+
 void print_front(const std::vector<FrontRow>& rows) {
+    constexpr const char* heads =
+        "{:<5} {:<8} {:<10} {:>6} {:>6} {:>6} | {:>6} {:>6} {:>6} | {:>6} {:>8} {:>9} | {:>6} "
+        "{:>8} {:>6} | {:>7} {:>8} {:>7}\n";
     fmt::print("Whole error of a frame at the targets, press of 15 mm at 1 Hz, nu 0.45\n");
-    fmt::print("{:<9}{:<12}{:>8}{:>8}{:>7} |{:>8}{:>8}{:>8}{:>9}{:>7} |{:>9}{:>10}{:>9}\n",
-               "elements", "law", "tets", "nodes", "cycles", "median", "p99", "forces", "operator",
-               "solve", "solver", "error mm", "% press");
-    fmt::print("{:<44} |{:>8}{:>8}{:>8}{:>9}{:>7} |{:>9}\n", "", "ms", "ms", "ms", "ms", "ms",
-               "mm");
-    for (const FrontRow& r : rows)
+    fmt::print(fmt::runtime(heads), "front", "elements", "law", "tets", "nodes", "cycles", "median",
+               "p99", "p99 *", "cpu", "switches", "steal", "forces", "operator", "solve", "solver",
+               "error", "error");
+    fmt::print(fmt::runtime(heads), "", "", "", "", "", "", "ms", "ms", "ms", "ms", "own+oth.", "s",
+               "ms", "ms", "ms", "mm", "mm", "% press");
+    std::size_t least = rows.empty() ? 0 : rows.front().times.all.count, fewest = least;
+    for (const FrontRow& r : rows) {
+        const FrameTimes& t = r.times;
         fmt::print(
-            "{:<9}{:<12}{:>8}{:>8}{:>7} |{:>8.2f}{:>8.2f}{:>8.2f}{:>9.2f}{:>7.2f} |{:>9.4f}"
-            "{:>10.3f}{:>9.1f}\n",
-            r.elements, r.law, r.tets, r.nodes, r.iterations, 1e3 * r.seconds.median,
-            1e3 * r.seconds.p99, 1e3 * r.forces_s, 1e3 * r.operator_s, 1e3 * r.solve_s,
-            1e3 * r.solver, 1e3 * r.rms, 100 * r.rms / press);
-    fmt::print("\n");
+            "{:<5} {:<8} {:<10} {:>6} {:>6} {:>6} | {:>6.2f} {:>6.2f} {:>6} | {:>6.2f} {:>8} "
+            "{:>9} | {:>6.2f} {:>8.2f} {:>6.2f} | {:>7.4f} {:>8.3f} {:>7.1f}\n",
+            r.on_front ? "front" : "", r.elements, r.law, r.tets, r.nodes, r.iterations,
+            1e3 * t.all.median, 1e3 * t.all.p99, p99_with_cores_text(t), 1e3 * t.cpu_s,
+            fmt::format("{}+{}", t.switched, t.others_switched),
+            t.steal_s ? fmt::format("{:.2f}", *t.steal_s) : "not told", 1e3 * r.forces_s,
+            1e3 * r.operator_s, 1e3 * r.solve_s, 1e3 * r.solver, 1e3 * r.rms, 100 * r.rms / press);
+        least = std::min(least, t.all.count);
+        fewest = std::min(fewest, t.with_cores.count);
+    }
+    fmt::print(
+        "* of the frames that had their cores: no involuntary switch, no steal; at least {} of "
+        "{}\n\n",
+        fewest, least);
 }
 
 nlohmann::json json_of(const std::vector<FrontRow>& rows) {
@@ -143,7 +215,9 @@ nlohmann::json json_of(const std::vector<FrontRow>& rows) {
                         {"tets", r.tets},
                         {"nodes", r.nodes},
                         {"iterations", r.iterations},
-                        {"frame_s", json_of(r.seconds)},
+                        {"on_front", r.on_front},
+                        {"frame_s", json_of(r.times.all)},
+                        {"times", json_of(r.times)},
                         {"forces_s", r.forces_s},
                         {"operator_s", r.operator_s},
                         {"solve_s", r.solve_s},
@@ -157,14 +231,15 @@ WorkPrecisionChart chart_of(const std::vector<FrontRow>& rows) {
     WorkPrecisionChart chart{"whole error of a frame, press of 15 mm, nu = 0.45",
                              "error at the targets, % of the press",
                              {},
-                             "median time of a frame, s"};
+                             "median time of a frame, s",
+                             "front: nothing is both faster and nearer"};
     for (const FrontRow& r : rows) {
         const std::string name = fmt::format("{} {}, {} iteration{}", r.elements, r.law,
                                              r.iterations, r.iterations == 1 ? "" : "s");
         auto line = std::find_if(chart.lines.begin(), chart.lines.end(),
                                  [&](const auto& l) { return l.name == name; });
         if (line == chart.lines.end()) line = chart.lines.insert(line, {name, {}, {}});
-        line->seconds.push_back(r.seconds.median);
+        line->seconds.push_back(r.times.all.median);
         line->error.push_back(100 * r.rms / press);
     }
     return chart;

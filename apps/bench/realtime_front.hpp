@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "apps/bench/core_watch.hpp"
 #include "apps/plots/pictures.hpp"
-#include "base/distribution.hpp"
 #include "base/progress.hpp"
 
 namespace livetet {
@@ -17,15 +17,17 @@ struct FrontRow {
     std::string elements, law;
     std::size_t tets = 0, nodes = 0;
     int iterations = 0;
-    Distribution seconds;                              ///< of a frame
+    FrameTimes times{};                                ///< of frames that are not judged
     double forces_s = 0, operator_s = 0, solve_s = 0;  ///< means of its stages
-    double solver = 0;  ///< RMS over nodes, of the distance from the converged frame, m
-    double rms = 0;     ///< RMS over targets and frames, of the distance from the truth, m
-    double worst = 0;   ///< of the same distances, m
+    double solver = 0;      ///< RMS over nodes, of the distance from the converged frame, m
+    double rms = 0;         ///< RMS over targets and frames, of the distance from the truth, m
+    double worst = 0;       ///< of the same distances, m
+    bool on_front = false;  ///< no row is both faster (median) and has a smaller error (rms)
 };
 
 struct FrontOptions {
-    int frames = 180;        ///< timed frames of each row
+    int frames = 10000;      ///< timed frames of each row
+    int error_frames = 180;  ///< its first frames, whose errors are taken
     int truth_tets = 14000;  ///< ten-node tets of the truth
     int threads = 0;         ///< see solver.threads
 };
@@ -37,7 +39,9 @@ std::vector<FrontRow> measure_front(const FrontOptions& options, ProgressLine& p
 
 void print_front(const std::vector<FrontRow>& rows);
 nlohmann::json json_of(const std::vector<FrontRow>& rows);
-/// Error against median frame time, a line for each kind of tets and law.
+/// Sets `on_front` of each row.
+void mark_front(std::vector<FrontRow>& rows);
+/// Error against median frame time, a line for each kind of tets and law, and the front.
 WorkPrecisionChart chart_of(const std::vector<FrontRow>& rows);
 
 }  // namespace livetet

@@ -105,6 +105,8 @@ RealtimeResult measure_phantom(const PhantomSize& size, const MeshHierarchy& hie
     constexpr int warm_up = 20;
     const auto samples = record_press(tracker, rate, warm_up + arguments.frames, press_depth);
     const std::size_t first = samples.size() - arguments.frames;
+    const int error_frames = std::min(arguments.frames, 1000);
+    const std::size_t judged_to = first + error_frames;
     const std::string title = fmt::format("{} nu {} {}", size.name, nu, result.motion);
 
     // 1. times, frame by frame
@@ -116,18 +118,17 @@ RealtimeResult measure_phantom(const PhantomSize& size, const MeshHierarchy& hie
         result.threads = follower.body().threads();
         std::vector<Measured> frames;
         frames.reserve(samples.size());
-        taken.reserve(samples.size());
+        taken.reserve(judged_to);
         for (std::size_t k = 0; k < samples.size(); ++k) {
             if (k % 100 == 0)
                 progress.update(0.5 * static_cast<double>(k) / samples.size(), title + ": times");
             const auto allocations = allocations_of_this_thread();
-            const long blocked = times_blocked();
             const Measured m = follower.frame(samples[k], {}, budget);
-            taken.push_back({.max_iterations = std::max(1, m.step.solves[0].iterations),
-                             .renewal = extent_of(m.step.half_renewed)});
+            if (k < judged_to)
+                taken.push_back({.max_iterations = std::max(1, m.step.solves[0].iterations),
+                                 .renewal = extent_of(m.step.half_renewed)});
             if (k < first) continue;
             result.allocations += allocations_of_this_thread() - allocations;
-            result.blocked += times_blocked() - blocked;
             frames.push_back(m);
         }
         take_times(result, frames);
@@ -136,14 +137,13 @@ RealtimeResult measure_phantom(const PhantomSize& size, const MeshHierarchy& hie
     }
     // 2. errors: the same frames with the same number of iterations, some of them judged
     const auto every =
-        static_cast<std::size_t>(std::max(1, arguments.frames / (size.tets > 100000 ? 25 : 50)));
+        static_cast<std::size_t>(std::max(1, error_frames / (size.tets > 100000 ? 25 : 50)));
     Follower follower(scene, hierarchy, tracker);
     std::vector<Measured> frames;
-    for (std::size_t k = 0; k < samples.size(); ++k) {
+    for (std::size_t k = 0; k < judged_to; ++k) {
         const bool judged = k >= first && (k - first) % every == every / 2;
         if (judged)
-            progress.update(0.5 + 0.5 * static_cast<double>(k) / samples.size(),
-                            title + ": errors");
+            progress.update(0.5 + 0.5 * static_cast<double>(k) / judged_to, title + ": errors");
         frames.push_back(judged ? follower.judged_frame(samples[k], taken[k], 1 / rate)
                                 : follower.frame(samples[k], taken[k]));
     }
@@ -151,7 +151,7 @@ RealtimeResult measure_phantom(const PhantomSize& size, const MeshHierarchy& hie
     result.jump = measure_jump(
         scene, hierarchy, rate,
         {.max_iterations = std::max(1, static_cast<int>(std::lround(result.cycles_mean))),
-         .renewal = extent_of(2 * result.half_renewed > result.frames)});
+         .renewal = extent_of(2 * result.half_renewed > result.times.all.count)});
     return result;
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "apps/plots/chart_parts.hpp"
+#include "apps/plots/pareto.hpp"
 #include "apps/plots/pictures.hpp"
 #include "base/counted.hpp"
 
@@ -19,6 +20,28 @@ double largest(const std::vector<double>& values) {
 ChartLine level(const std::string& name, double first, double last, double y,
                 const look::Colour& colour, int pen) {
     return {name, {first, last}, {y, y}, colour, 2.5F, pen};
+}
+
+/// The points of all lines that none is better than.
+ChartLine front_of(const WorkPrecisionChart& chart) {
+    std::vector<double> seconds, error;
+    for (const WorkPrecisionLine& l : chart.lines) {
+        seconds.insert(seconds.end(), l.seconds.begin(), l.seconds.end());
+        error.insert(error.end(), l.error.begin(), l.error.end());
+    }
+    ChartLine front{chart.front, {}, {}, look::ink, 2, vtkPen::DASH_LINE};
+    for (const std::size_t k : pareto_front(seconds, error)) {
+        front.x.push_back(seconds[k]);
+        front.y.push_back(error[k]);
+    }
+    return front;
+}
+
+void add_marks(vtkChartXY* chart, const ChartLine& line, float size) {
+    auto* marks = vtkPlotPoints::SafeDownCast(add_plot(chart, vtkChart::POINTS, line));
+    marks->SetMarkerStyle(vtkPlotPoints::CIRCLE);
+    marks->SetMarkerSize(size);
+    marks->SetLabel("");
 }
 
 }  // namespace
@@ -128,14 +151,16 @@ void write_work_precision_picture(const std::filesystem::path& path,
             make_chart(out.scene(), c.title, {left, 10, width - 10, look::height - 20});
         left += width;
         double low[2] = {1e30, 1e30}, high[2] = {0, 0};
+        if (!c.front.empty()) {  // below the points, so that its marks show as rings
+            const ChartLine front = front_of(c);
+            add_plot(chart, vtkChart::LINE, front);
+            add_marks(chart, front, 22);
+        }
         for (std::size_t i = 0; i < c.lines.size(); ++i) {
             const WorkPrecisionLine& l = c.lines[i];
             ChartLine line{l.name, l.seconds, l.error, colours[i % std::size(colours)], 3};
             add_plot(chart, vtkChart::LINE, line);
-            auto* marks = vtkPlotPoints::SafeDownCast(add_plot(chart, vtkChart::POINTS, line));
-            marks->SetMarkerStyle(vtkPlotPoints::CIRCLE);
-            marks->SetMarkerSize(14);
-            marks->SetLabel("");
+            add_marks(chart, line, 14);
             for (std::size_t k = 0; k < l.seconds.size(); ++k) {
                 low[0] = std::min(low[0], l.seconds[k]);
                 high[0] = std::max(high[0], l.seconds[k]);

@@ -43,9 +43,10 @@ struct WorkPrecisionChart {
     std::string error_axis;
     std::vector<WorkPrecisionLine> lines;
     std::string time_axis = "seconds, set-up and solve";
+    std::string front{};  ///< name of the Pareto front, which is drawn; empty: it is not
 };
 
-/// Charts side by side.
+/// Charts side by side. A front is a dashed line through its points, which are ringed.
 void write_work_precision_picture(const std::filesystem::path& path,
                                   std::span<const WorkPrecisionChart> charts);
 
