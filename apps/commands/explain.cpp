@@ -3,6 +3,7 @@
 #include "apps/commands/commands.hpp"
 #include "apps/scene/body_factory.hpp"
 #include "apps/scene/explanation.hpp"
+#include "apps/scene/live_element.hpp"
 #include "mesh/quadratic.hpp"
 
 namespace livetet {
@@ -51,6 +52,7 @@ void explain(const std::filesystem::path& path) {
     for (const ExplainedPart& p : parts)
         fmt::print("{:<11} {:<22} {}\n", p.built ? "builds" : "leaves out", p.part, p.why);
     explain_levels(hierarchy, multigrid);
+    if (scene.track) fmt::print("\n{}", describe_live_element(scene, tets));
     const int iterations = scene.solver.relative_tolerance > 1e-4 ? 7 : 15;
     fmt::print(
         "\nEach Newton iteration, with about {} Krylov iterations to {:.0e}: {:.0f} ms (measured "
