@@ -29,18 +29,21 @@ struct StabilityArguments {
     int noise_frames = 1000000;
     double budget_ms = 10;
     std::string only, column;  ///< in the names of the cases and of the columns that are tried
+    bool plain = false;        ///< whether the live columns' plain counterparts are tried, too
     std::filesystem::path csv, json, figure;
 };
 
 constexpr std::array schemes{TimeScheme::static_equilibrium, TimeScheme::implicit_euler,
                              TimeScheme::newmark, TimeScheme::generalized_alpha};
 constexpr std::array scheme_names{"static", "euler", "newmark", "generalized_alpha"};
-constexpr std::array way_names{"solve", "track"};
+constexpr std::array way_names{"solve", "track", "track P2", "plain", "plain P2"};
 constexpr std::array verdict_names{"pass", "fail", "refused", "left out"};
 
-std::vector<StabilityColumn> columns() {
+std::vector<StabilityColumn> columns(bool plain) {
     std::vector<StabilityColumn> all;
-    for (const SteppedAs way : {SteppedAs::solve, SteppedAs::track})
+    std::vector<SteppedAs> ways{SteppedAs::solve, SteppedAs::track, SteppedAs::track_p2};
+    if (plain) ways.insert(ways.end(), {SteppedAs::plain, SteppedAs::plain_p2});
+    for (const SteppedAs way : ways)
         for (const ModelChoice& strain : ModelChoice::alternatives())
             for (const TimeScheme scheme : schemes) all.push_back({way, strain, scheme});
     return all;
@@ -55,7 +58,7 @@ std::string name_of(const StabilityCase& c) { return fmt::format("{} {}", c.grou
 
 /// Why a cell is known to fail; empty where it should not.
 std::string known_limit(const StabilityCase& c, const StabilityColumn& column) {
-    const bool tracked = column.way == SteppedAs::track, moves = c.start != StartState::rest;
+    const bool tracked = makes_frames(column.way), moves = c.start != StartState::rest;
     const bool squeezed = c.motion == PatchMotion::jump || c.motion == PatchMotion::turn ||
                           c.motion == PatchMotion::through;
     const bool thin = (c.min_dihedral_deg > 0 && c.min_dihedral_deg <= 1) || c.edge_ratio >= 10;
@@ -115,7 +118,8 @@ void print(const std::vector<Row>& rows, const std::vector<StabilityColumn>& all
         const bool new_way = k == 0 || all[k].way != all[k - 1].way;
         if (new_way || all[k].strain != all[k - 1].strain) {
             const std::size_t place =
-                std::max(models.size() + 1, letters.size() + 3) + (new_way && k > 0 ? 2 : 0);
+                std::max({models.size() + 1, letters.size() + 3, new_way ? ways.size() : 0}) +
+                (new_way && k > 0 ? 2 : 0);
             models.append(place - models.size(), ' ').append(all[k].strain.name());
             letters.resize(place, ' ');
         }
@@ -158,20 +162,49 @@ void print(const std::vector<Row>& rows, const std::vector<StabilityColumn>& all
     }
 }
 
+/// The live cells that are worse than their plain counterparts: those that alone fail.
+void print_worse(const std::vector<Row>& rows, const std::vector<StabilityColumn>& all) {
+    int compared = 0;
+    std::vector<std::string> worse;
+    for (std::size_t k = 0; k < all.size(); ++k) {
+        if (!makes_frames(all[k].way) || is_plain(all[k].way)) continue;
+        StabilityColumn counterpart = all[k];
+        counterpart.way = has_ten_nodes(all[k].way) ? SteppedAs::plain_p2 : SteppedAs::plain;
+        const auto found = std::find_if(all.begin(), all.end(), [&](const StabilityColumn& c) {
+            return name_of(c) == name_of(counterpart);
+        });
+        if (found == all.end()) continue;
+        for (const Row& row : rows) {
+            const StabilityCell& live = row.cells[k];
+            const StabilityCell& plain = row.cells[found - all.begin()];
+            if (live.verdict == Verdict::left_out || plain.verdict == Verdict::left_out) continue;
+            ++compared;
+            if (live.verdict == Verdict::fail && plain.verdict == Verdict::pass)
+                worse.push_back(
+                    fmt::format("{}; {}: {}", name_of(row.trial), name_of(all[k]), live.reason));
+        }
+    }
+    if (compared == 0) return;
+    fmt::print("\n{} of {} live cells fail where their plain counterparts pass\n", worse.size(),
+               compared);
+    for (const std::string& cell : worse) fmt::print("    {}\n", cell);
+}
+
 std::string csv_text(const std::vector<Row>& rows, const std::vector<StabilityColumn>& all) {
     std::string text =
         "extreme,value,stepped_as,strain,scheme,verdict,reason,known_limit,steps,linearisations,"
-        "energy_growth,left,late,seconds\n";
+        "energy_growth,left,late,seconds,solver\n";
     for (const Row& row : rows)
         for (std::size_t k = 0; k < row.cells.size(); ++k) {
             const StabilityCell& c = row.cells[k];
             text += fmt::format(
-                "\"{}\",\"{}\",{},{},{},{},\"{}\",\"{}\",{},{},{:.6g},{:.3e},{:.4f},{:.3f}\n",
+                "\"{}\",\"{}\",{},{},{},{},\"{}\",\"{}\",{},{},{:.6g},{:.3e},{:.4f},{:.3f},\"{}"
+                "\"\n",
                 row.trial.group, row.trial.value, way_names[static_cast<int>(all[k].way)],
                 all[k].strain.name(), scheme_names[static_cast<int>(all[k].scheme)],
                 verdict_names[static_cast<int>(c.verdict)], c.reason,
                 c.verdict == Verdict::fail ? known_limit(row.trial, all[k]) : "", c.steps,
-                c.newton_iterations, c.energy_growth, c.left, c.late, c.seconds);
+                c.newton_iterations, c.energy_growth, c.left, c.late, c.seconds, c.solver);
         }
     return text;
 }
@@ -195,7 +228,8 @@ json json_of(const std::vector<Row>& rows, const std::vector<StabilityColumn>& a
                  {"energy_growth", c.energy_growth},
                  {"left", c.left},
                  {"late", c.late},
-                 {"seconds", c.seconds}});
+                 {"seconds", c.seconds},
+                 {"solver", c.solver}});
         }
     return list;
 }
@@ -218,20 +252,21 @@ void draw(const std::filesystem::path& path, const std::vector<Row>& rows,
 }
 #endif
 
-/// Every stability case in every strain model and scheme, as `solve` and as `track` step them:
+/// Every stability case in every strain model and scheme, as `solve` and as `track` step them, the
+/// latter with four-node and ten-node tets:
 /// matrix, files, picture. Returns the exit status: 1 where a cell fails that is not a known limit.
 int bench_stability(const StabilityArguments& a) {
     PetscSession session("livetet", {});
     if (session.ranks() > 1) fail("bench stability runs on one rank, found {}", session.ranks());
     if (same_file(a.csv, a.json))
         fail("--csv and --json: both name {}, expected two files", a.csv.string());
-    std::vector<StabilityColumn> all = columns();
+    std::vector<StabilityColumn> all = columns(a.plain);
     std::erase_if(all, [&](const StabilityColumn& c) {
         return name_of(c).find(a.column) == std::string::npos;
     });
     if (all.empty())
         fail("--column {}: no column has this in its name, they are as \"{}\"", a.column,
-             name_of(columns().back()));
+             name_of(columns(a.plain).back()));
     std::vector<StabilityCase> trials = stability_cases();
     std::erase_if(trials, [&](const StabilityCase& c) {
         return name_of(c).find(a.only) == std::string::npos;
@@ -260,6 +295,7 @@ int bench_stability(const StabilityArguments& a) {
         }
     }
     print(rows, all);
+    print_worse(rows, all);
     std::array<int, verdict_names.size()> count{};
     int unknown = 0;
     for (const Row& row : rows)
@@ -306,6 +342,9 @@ void add_stability_benchmark(CLI::App& bench, int& status) {
     command->add_option("--column", a->column,
                         "only columns with this in their name, such as \"track, green, "
                         "newmark\"");
+    command->add_flag("--plain", a->plain,
+                      "also make the frames of the track columns by multigrid in double precision, "
+                      "and tell which live cells fail where these pass");
     command->add_option("--csv", a->csv, "write every cell to this file");
     command->add_option("--json", a->json, "the same as JSON");
     add_figure_option(*command, "--figure", a->figure, "draw the matrix to this PNG");

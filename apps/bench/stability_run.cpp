@@ -40,13 +40,14 @@ class Trial {
           column_(column),
           limits_(limits),
           cell_(cell),
-          scene_(stability_scene(c, column.strain, column.scheme, hierarchy.levels.front())),
+          scene_(scene_of(c, column, hierarchy.levels.front())),
           body_(make_body(PETSC_COMM_SELF, scene_, hierarchy,
                           is_tracked() ? Use::track : Use::solve)),
           held_(scene_, body_.mesh()),
           patch_(stability_patch(c, body_.mesh())),
           turns_(!free_rigid_motions(body_.mesh(), held_.constraints().components).empty()) {
         check_no_free_motion(scene_, body_.mesh(), held_);
+        cell_.solver = body_.body->linear_solver().name();
     }
 
     void run() {
@@ -93,7 +94,14 @@ class Trial {
     }
 
   private:
-    bool is_tracked() const { return column_.way == SteppedAs::track; }
+    static Scene scene_of(const StabilityCase& c, const StabilityColumn& column,
+                          const TetMesh& mesh) {
+        Scene scene = stability_scene(c, column.strain, column.scheme, mesh);
+        if (has_ten_nodes(column.way)) scene.elements = Elements::p2;
+        if (is_plain(column.way)) scene.solver.kind = SolverKind::multigrid;
+        return scene;
+    }
+    bool is_tracked() const { return makes_frames(column_.way); }
     bool is_static() const { return column_.scheme == TimeScheme::static_equilibrium; }
 
     /// The patch where it is at `place` of `steps`, on its way from step `from` to step `to` of

@@ -7,8 +7,17 @@
 namespace livetet {
 
 /// As `solve` steps a scene, each step to its tolerance; or as `track` does, one Newton iteration a
-/// frame until its deadline.
-enum class SteppedAs { solve, track };
+/// frame until its deadline, with four-node or ten-node tets. `plain`: the same frames by a solver
+/// in double precision, as the counterpart of the live solver's.
+enum class SteppedAs { solve, track, track_p2, plain, plain_p2 };
+
+inline bool makes_frames(SteppedAs way) { return way != SteppedAs::solve; }
+inline bool is_plain(SteppedAs way) {
+    return way == SteppedAs::plain || way == SteppedAs::plain_p2;
+}
+inline bool has_ten_nodes(SteppedAs way) {
+    return way == SteppedAs::track_p2 || way == SteppedAs::plain_p2;
+}
 
 struct StabilityColumn {
     SteppedAs way;
@@ -22,6 +31,7 @@ enum class Verdict { pass, fail, refused, left_out };
 struct StabilityCell {
     Verdict verdict = Verdict::pass;
     std::string reason;  ///< one line where it did not pass
+    std::string solver;  ///< name of its linear solver; empty where there was none
     int steps = 0, newton_iterations = 0;
     double energy_growth =
         0;            ///< the greatest energy after the driving, to the greatest until then

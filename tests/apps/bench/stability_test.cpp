@@ -30,14 +30,14 @@ json cells_of(const Folder& folder, const std::string& options, int status = 0) 
 TEST(Stability, WhatAnythingShouldStandPassesInEveryModelAndScheme) {
     const Folder folder;
     const json cells = cells_of(folder, "--only \"ratio 0.3\"");
-    ASSERT_EQ(cells.size(), 2u * 6 * 4);
+    ASSERT_EQ(cells.size(), 3u * 6 * 4);
     for (const json& c : cells) {
         EXPECT_EQ(c.at("verdict"), "pass") << c.dump();
         EXPECT_GT(c.at("steps"), 10);
         EXPECT_LT(c.at("left"), 0.02);
     }
     const std::string csv = text_of(folder / "s.csv");
-    EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 49);
+    EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 73);
 }
 
 TEST(Stability, ABodyThatNothingHoldsInARotationIsRefusedWhereItIsStatic) {
@@ -68,13 +68,13 @@ TEST(Stability, WhatDoesNotComeHomeFailsWithItsRuleAndReason) {
         EXPECT_NE(c.at("known_limit").get<std::string>().find("Green's"), std::string::npos);
         ++failed;
     }
-    EXPECT_EQ(failed, 8);
+    EXPECT_EQ(failed, 12);
 }
 
 TEST(Stability, DeepPressesOfFineBodiesAreTriedAsStaticSolvesAlone) {
     const Folder folder;
     const json cells = cells_of(folder, "--only deep --column track");
-    ASSERT_EQ(cells.size(), 6u * 4);
+    ASSERT_EQ(cells.size(), 2u * 6 * 4);
     for (const json& c : cells) EXPECT_EQ(c.at("verdict"), "left out") << c.dump();
 }
 
@@ -111,6 +111,29 @@ TEST(Stability, ACaseThatThereIsNotIsRefused) {
                    {"--only nothing", "no case has this in its name"});
     expect_refused(livetet(folder, "bench stability --column nothing"),
                    {"--column nothing", "no column has this in its name", "generalized_alpha"});
+}
+
+TEST(Stability, FramesOfEveryModelAreTheLiveSolversWithFourAndWithTenNodes) {
+    const Folder folder;
+    const json cells = cells_of(folder, "--only \"ratio 0.45\" --column static");
+    ASSERT_EQ(cells.size(), 3u * 6);
+    for (const json& c : cells) {
+        const bool is_live =
+            c.at("solver").get<std::string>().find("single precision") != std::string::npos;
+        EXPECT_EQ(is_live, c.at("stepped_as") != "solve") << c.dump();
+        EXPECT_EQ(c.at("verdict"), "pass") << c.dump();
+    }
+}
+
+TEST(Stability, LiveFramesAreNoWorseThanPlainOnes) {
+    const Folder folder;
+    const auto outcome = livetet(folder,
+                                 "bench stability --cells 2 --noise-frames 1000 --budget 1e6 "
+                                 "--plain --only \"time step, s 0.1\" --column \"P2, neohookean\"");
+    EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err;
+    EXPECT_NE(outcome.out.find("0 of 4 live cells fail where their plain counterparts pass"),
+              std::string::npos)
+        << outcome.out;
 }
 
 TEST(Stability, ColumnsCanBeChosen) {
