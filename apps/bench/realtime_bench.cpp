@@ -40,7 +40,8 @@ int bench_realtime(const RealtimeArguments& arguments) {
             : std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 4);
     const MachineFigures machine = measure_machine(threads);
     print_machine(machine);
-    if (arguments.frames > 0) print_realtime_header();
+    if (arguments.frames > 0 && arguments.sizes != std::vector<std::string>{"front"})
+        print_realtime_header();
     std::vector<RealtimeResult> results;
     std::vector<WorkPrecisionChart> charts;
     ProgressLine progress("realtime");
