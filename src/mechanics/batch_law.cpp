@@ -22,6 +22,14 @@ struct HookeInLanes {
                             const Matrix& dF) {
         return hooke_stress(lambda, mu, R, dF, 0.0F);
     }
+
+    /// theta = tr(R^T F) - 3.
+    static Number volume_strain(const Matrix& H, const Matrix& R) {
+        const Matrix F = plus_identity(H);
+        return (lanes::dot(R.x, F.x) - 1) + (lanes::dot(R.y, F.y) - 1) + (lanes::dot(R.z, F.z) - 1);
+    }
+    static Matrix volume_gradient(const Matrix&, const Matrix& R) { return R; }
+    static Matrix volume_curvature(const Matrix&, const Matrix&, const Matrix&) { return Matrix{}; }
 };
 
 /// With the kernels of tets of four nodes that both precisions have.

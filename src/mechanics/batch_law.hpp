@@ -3,6 +3,7 @@
 #include <span>
 
 #include "mechanics/batch_kernels.hpp"
+#include "mechanics/mixed_law.hpp"
 
 namespace livetet {
 
@@ -38,6 +39,9 @@ class BatchLaw {
                                      BatchRange range, Rotations rotations,
                                      std::span<const float> u, std::span<const float> v,
                                      std::span<float> f) const = 0;
+
+    /// The same model in the mixed form.
+    virtual const MixedLaw& mixed() const = 0;
 };
 
 /// Hooke's law of the strain sym(R^T F) - I: linear and corotated. Its K is positive semi-definite.

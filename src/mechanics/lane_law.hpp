@@ -1,7 +1,7 @@
 #pragma once
 
 #include "mechanics/batch_law.hpp"
-#include "mechanics/lanes.hpp"
+#include "mechanics/lane_mixed_law.hpp"
 
 namespace livetet {
 
@@ -16,7 +16,7 @@ namespace livetet {
 ///                          const Matrix& R, const Matrix& dF);
 ///     };
 ///
-/// static functions, with Number and Matrix as below. Both are linear in the moduli, which come
+/// and what LaneMixedLaw asks for; static functions, with Number and Matrix as below. Both are linear in the moduli, which come
 /// multiplied by the volume of the point.
 template <class Law>
 class LaneLaw : public BatchLaw {
@@ -46,6 +46,10 @@ class LaneLaw : public BatchLaw {
                              Rotations rotations, std::span<const float> u,
                              std::span<const float> v, std::span<float> f) const override {
         add_products(factor, batches, range, rotations, u, v, f);
+    }
+    const MixedLaw& mixed() const override {
+        static const LaneMixedLaw<Law> law;
+        return law;
     }
 
   private:

@@ -25,6 +25,15 @@ struct GreenInLanes {
                dF * second_stress(lambda, mu, twice_strain(H));
     }
 
+    /// theta = tr(C) / 2.
+    static Number volume_strain(const Matrix& H, const Matrix&) {
+        return 0.5F * lanes::trace(twice_strain(H));
+    }
+    static Matrix volume_gradient(const Matrix& H, const Matrix&) {
+        return lanes::plus_identity(H);
+    }
+    static Matrix volume_curvature(const Matrix&, const Matrix&, const Matrix& dF) { return dF; }
+
   private:
     static Matrix twice_strain(const Matrix& H) {
         const Matrix T = lanes::transposed(H);

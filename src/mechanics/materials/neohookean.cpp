@@ -11,31 +11,22 @@ namespace {
 /// With k = lambda + mu and N = cof F,
 ///     P = mu (F - N) + k (J - 1) N,
 ///     dP = mu dF + k (N : dF) N + (k (J - 1) - mu) dN.
-struct NeoHookeanInLanes {
+struct NeoHookeanInLanes : DilationInLanes {
     static constexpr bool rotates = false;
-    using Number = lanes::Lanes<float>;
-    using Matrix = lanes::Mat3<float>;
 
-    static Matrix stress(const Number& lambda, const Number& mu, const Matrix& H, const Matrix&) {
-        const Number J1 = dilation(H), trace = lanes::trace(H);
+    static Matrix stress(const Number& lambda, const Number& mu, const Matrix& H, const Matrix& R) {
+        const Number J1 = volume_strain(H, R), trace = lanes::trace(H);
         const Matrix C = lanes::cofactor(H);
         const Matrix N = lanes::plus_diagonal(C - lanes::transposed(H), 1 + trace);
         const Matrix F_N = lanes::plus_diagonal(H + lanes::transposed(H) - C, -trace);
         return mu * F_N + ((lambda + mu) * J1) * N;
     }
-    static Matrix increment(const Number& lambda, const Number& mu, const Matrix& H, const Matrix&,
-                            const Matrix& dF) {
+    static Matrix increment(const Number& lambda, const Number& mu, const Matrix& H,
+                            const Matrix& R, const Matrix& dF) {
         const Matrix F = lanes::plus_identity(H), N = lanes::cofactor(F);
         const Number k = lambda + mu;
         const Matrix dP = mu * dF + (k * lanes::dot(N, dF)) * N;
-        return dP + (k * dilation(H) - mu) * lanes::cofactor_increment(F, dF);
-    }
-
-  private:
-    /// J - 1 = tr H + tr cof H + det H.
-    static Number dilation(const Matrix& H) {
-        const Matrix C = lanes::cofactor(H);
-        return lanes::trace(H) + lanes::trace(C) + lanes::dot(H.x, C.x);
+        return dP + (k * volume_strain(H, R) - mu) * lanes::cofactor_increment(F, dF);
     }
 };
 

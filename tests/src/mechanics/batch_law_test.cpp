@@ -130,6 +130,86 @@ TEST(BatchLaw, ForcesAndProductsAreThoseOfTheModels) {
     }
 }
 
+/// The mixed form of `law` against `model`: f, g and their derivative, summed point by point.
+template <int nodes>
+void compare_mixed(const ConstitutiveModel& model, const MixedLaw& law, double size) {
+    using Shape = TetShape<nodes>;
+    BentBlock<nodes> block(size);
+    constexpr double modulus = 2.5;  // the batches hold the volume times this instead of lambda
+    for (TetElement& e : block.elements) e.lambda = modulus;
+    const TetBatches<float, nodes> batches(block.elements, block.tets,
+                                           part_batches(block.tets, 2, batch_width<float>));
+    std::vector<RotationBatch<float>> rotations(batches.points * batches.all().end);
+    if (model.kinematics() == Kinematics::corotated)
+        update_rotations(batches, batches.all(), std::span<const float>(block.u),
+                         std::span(rotations));
+    else
+        rotations = TetBatches<float>::make_fixed_rotations();
+    const std::size_t count = block.u.size() / 3;
+    std::vector<float> p(count), q(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        p[i] = static_cast<float>(std::sin(3.0 * i));
+        q[i] = static_cast<float>(std::cos(5.0 * i));
+    }
+    // {f, g}, {products}, {B^T q}, point by point.
+    constexpr double factor = -0.3;
+    std::vector<double> f(block.u.size()), g(count), Kv(f), Bv(g), Bq(f);
+    for (std::size_t e = 0; e < block.tets.size(); ++e)
+        for (int point = 0; point < Shape::points; ++point) {
+            const TetElement& element = block.elements[e];
+            const auto gradients = Shape::gradients(element, point);
+            const Eigen::Vector4d L = Shape::coordinates(point);
+            const Matrix3d H = block.at(e, block.u) * gradients.transpose(),
+                           dF = block.at(e, block.v) * gradients.transpose(),
+                           R = rotation_in(model, H), N = model.volume_strain_gradient(H, R);
+            double of_p = 0, of_q = 0;
+            for (int i = 0; i < 4; ++i) {
+                of_p += L[i] * p[block.tets[e][i]];
+                of_q += L[i] * q[block.tets[e][i]];
+            }
+            const double w = element.volume / Shape::points;
+            const Matrix3d P = model.stress(element.mu, of_p, H, R),
+                           dP = factor * model.shear_stress_increment(element.mu, of_p, H, R, dF) +
+                                of_q * N;
+            for (int i = 0; i < nodes; ++i)
+                for (int a = 0; a < 3; ++a) {
+                    const std::size_t k = 3 * block.tets[e][i] + a;
+                    f[k] += w * P.row(a).dot(gradients.col(i));
+                    Kv[k] += w * dP.row(a).dot(gradients.col(i));
+                    Bq[k] += w * of_q * N.row(a).dot(gradients.col(i));
+                }
+            for (int i = 0; i < 4; ++i) {
+                g[block.tets[e][i]] += w * L[i] * model.volume_strain(H, R);
+                Bv[block.tets[e][i]] += w * L[i] * N.cwiseProduct(dF).sum();
+            }
+        }
+    const MixedTets<nodes> tets{batches, 1 / static_cast<float>(modulus), batches.all(), rotations};
+    const std::string what(model.name());
+    std::vector<float> got_f(f.size()), got_g(g.size());
+    law.add_forces(tets, {block.u, p}, {got_f, got_g});
+    expect_near(got_f, f, what + ", forces with pressures");
+    expect_near(got_g, g, what + ", volumes");
+    got_f.assign(f.size(), 0.0F);
+    got_g.assign(g.size(), 0.0F);
+    law.add_products(tets, factor, {block.u, p}, {block.v, q}, {got_f, got_g});
+    expect_near(got_f, Kv, what + ", products with pressures");
+    expect_near(got_g, Bv, what + ", B v");
+    got_f.assign(f.size(), 0.0F);
+    law.add_pressure_forces(tets, {block.u, {}}, q, got_f);
+    expect_near(got_f, Bq, what + ", B^T q");
+}
+
+TEST(BatchLaw, TheMixedFormIsThatOfTheModels) {
+    for (const ConstitutiveModel* model : registered_materials()) {
+        const BatchLaw* law = model->is_hooke_by_rotation() ? &hooke_law() : model->batch_law();
+        if (!law) continue;
+        for (const double size : {1e-3, 0.3}) {
+            compare_mixed<4>(*model, law->mixed(), size);
+            compare_mixed<10>(*model, law->mixed(), size);
+        }
+    }
+}
+
 TEST(BatchLaw, OneRotationATetIsTakenAtItsCentreAndServesAllItsPoints) {
     const BentBlock<10> block(0.3);
     const TetBatches<float, 10> batches(block.elements, block.tets);

@@ -1,0 +1,201 @@
+#pragma once
+
+#include "mechanics/lanes.hpp"
+#include "mechanics/mixed_law.hpp"
+
+namespace livetet {
+
+namespace lanes {
+
+/// The four linear shape functions at point q of a tet of so many nodes.
+template <int nodes>
+constexpr float linear_shape(int corner, int q) {
+    if (nodes == 4) return 0.25F;
+    return corner == q ? TenNodes::near : TenNodes::far;
+}
+
+/// Pressures at the quadrature points of the tets of a batch.
+template <int nodes>
+class PointPressures {
+  public:
+    PointPressures(const TetBatch<float, nodes>& b, std::span<const float> p) {
+        if (p.empty()) return;
+        for (int i = 0; i < 4; ++i)
+            for (int l = 0; l < batch_width<float>; ++l) p_[i][l] = p[b.offset[i][l] / 3];
+    }
+    Lanes<float> at(int q) const {
+        Lanes<float> sum = linear_shape<nodes>(0, q) * p_[0];
+        for (int i = 1; i < 4; ++i) sum += linear_shape<nodes>(i, q) * p_[i];
+        return sum;
+    }
+
+  private:
+    Lanes<float> p_[4]{};
+};
+
+/// The sums of w_q L_i theta_q over the points; `theta`: w_q theta_q, m^3.
+template <int nodes>
+class PointVolumes {
+  public:
+    void add(int q, const Lanes<float>& theta) {
+        for (int i = 0; i < 4; ++i) g_[i] += linear_shape<nodes>(i, q) * theta;
+    }
+    void scatter(const TetBatch<float, nodes>& b, std::span<float> g) const {
+        if (g.empty()) return;
+        for (int i = 0; i < 4; ++i)
+            for (int l = 0; l < batch_width<float>; ++l) g[b.offset[i][l] / 3] += g_[i][l];
+    }
+
+  private:
+    Lanes<float> g_[4]{};
+};
+
+}  // namespace lanes
+
+/// The volume strain theta = J - 1 of laws over lanes, and its derivatives.
+struct DilationInLanes {
+    using Number = lanes::Lanes<float>;
+    using Matrix = lanes::Mat3<float>;
+
+    /// J - 1 = tr H + tr cof H + det H.
+    static Number volume_strain(const Matrix& H, const Matrix&) {
+        const Matrix C = lanes::cofactor(H);
+        return lanes::trace(H) + lanes::trace(C) + lanes::dot(H.x, C.x);
+    }
+    static Matrix volume_gradient(const Matrix& H, const Matrix&) {
+        return lanes::cofactor(lanes::plus_identity(H));
+    }
+    static Matrix volume_curvature(const Matrix& H, const Matrix&, const Matrix& dF) {
+        return lanes::cofactor_increment(lanes::plus_identity(H), dF);
+    }
+};
+
+/// The MixedLaw of a model whose stress is written for lanes (see LaneLaw), with three functions
+/// more:
+///
+///     /// theta, d theta / dF, and the derivative of that in the direction dF.
+///     Number volume_strain(const Matrix& H, const Matrix& R);
+///     Matrix volume_gradient(const Matrix& H, const Matrix& R);
+///     Matrix volume_curvature(const Matrix& H, const Matrix& R, const Matrix& dF);
+template <class Law>
+class LaneMixedLaw final : public MixedLaw {
+  public:
+    using Number = lanes::Lanes<float>;
+    using Matrix = lanes::Mat3<float>;
+
+    // Flattened where the registers hold what it takes; see LaneLaw.
+    [[gnu::flatten]] void add_forces(const MixedTets<4>& tets, const MixedValues& at,
+                                     const MixedForces& to) const override {
+        add_all_forces(tets, at, to);
+    }
+    void add_forces(const MixedTets<10>& tets, const MixedValues& at,
+                    const MixedForces& to) const override {
+        add_all_forces(tets, at, to);
+    }
+    [[gnu::flatten]] void add_products(const MixedTets<4>& tets, float factor,
+                                       const MixedValues& at, const MixedValues& v,
+                                       const MixedForces& to) const override {
+        add_all_products(tets, factor, at, v, to);
+    }
+    void add_products(const MixedTets<10>& tets, float factor, const MixedValues& at,
+                      const MixedValues& v, const MixedForces& to) const override {
+        add_all_products(tets, factor, at, v, to);
+    }
+    [[gnu::flatten]] void add_pressure_forces(const MixedTets<4>& tets, const MixedValues& at,
+                                              std::span<const float> q,
+                                              std::span<float> f) const override {
+        add_all_pressure_forces(tets, at, q, f);
+    }
+    void add_pressure_forces(const MixedTets<10>& tets, const MixedValues& at,
+                             std::span<const float> q, std::span<float> f) const override {
+        add_all_pressure_forces(tets, at, q, f);
+    }
+
+  private:
+    template <int nodes>
+    static constexpr int points = TetBatches<float, nodes>::points;
+
+    template <int nodes>
+    static Matrix rotation_at(const MixedTets<nodes>& tets, std::size_t k, int q) {
+        if constexpr (Law::rotates)
+            return lanes::load_matrix<float>(
+                rotation_of_batch(tets.rotations, tets.rotations.size() == tets.batches.all().end
+                                                      ? k
+                                                      : points<nodes> * k + q)
+                    .R);
+        else
+            return Matrix{};
+    }
+    /// The volume of a point, m^3.
+    template <int nodes>
+    static Number volume(const MixedTets<nodes>& tets, const TetBatch<float, nodes>& b) {
+        return (tets.per_modulus / points<nodes>)*lanes::load<float>(b.lambda);
+    }
+
+    template <int nodes>
+    static void add_all_forces(const MixedTets<nodes>& tets, const MixedValues& at,
+                               const MixedForces& to) {
+        const Number share = lanes::all_lanes(1.0F / points<nodes>);
+        for (std::size_t k = tets.range.begin; k < tets.range.end; ++k) {
+            const auto& b = tets.batches[k];
+            const Number mu = share * lanes::load<float>(b.mu), w = volume(tets, b);
+            const lanes::PointGradients<float, nodes> H(b, at.u.data());
+            const lanes::PointPressures<nodes> p(b, at.p);
+            lanes::PointForces<float, nodes> forces(b);
+            lanes::PointVolumes<nodes> volumes;
+#pragma GCC unroll 4
+            for (int q = 0; q < points<nodes>; ++q) {
+                const Matrix Hq = H.at(q), R = rotation_at(tets, k, q);
+                forces.add(q, Law::stress(Number{}, mu, Hq, R) +
+                                  (w * p.at(q)) * Law::volume_gradient(Hq, R));
+                volumes.add(q, w * Law::volume_strain(Hq, R));
+            }
+            forces.scatter(to.f.data());
+            volumes.scatter(b, to.g);
+        }
+    }
+
+    template <int nodes>
+    static void add_all_products(const MixedTets<nodes>& tets, float factor, const MixedValues& at,
+                                 const MixedValues& v, const MixedForces& to) {
+        const Number share = lanes::all_lanes(factor / points<nodes>);
+        for (std::size_t k = tets.range.begin; k < tets.range.end; ++k) {
+            const auto& b = tets.batches[k];
+            const Number mu = share * lanes::load<float>(b.mu), w = volume(tets, b);
+            const lanes::PointGradients<float, nodes> H(b, at.u.data()), dF(b, v.u.data());
+            const lanes::PointPressures<nodes> p(b, at.p), dp(b, v.p);
+            lanes::PointForces<float, nodes> forces(b);
+            lanes::PointVolumes<nodes> volumes;
+#pragma GCC unroll 4
+            for (int q = 0; q < points<nodes>; ++q) {
+                const Matrix Hq = H.at(q), dFq = dF.at(q), R = rotation_at(tets, k, q),
+                             N = Law::volume_gradient(Hq, R);
+                forces.add(q, Law::increment(Number{}, mu, Hq, R, dFq) +
+                                  (factor * w * p.at(q)) * Law::volume_curvature(Hq, R, dFq) +
+                                  (w * dp.at(q)) * N);
+                volumes.add(q, w * lanes::dot(N, dFq));
+            }
+            forces.scatter(to.f.data());
+            volumes.scatter(b, to.g);
+        }
+    }
+
+    template <int nodes>
+    static void add_all_pressure_forces(const MixedTets<nodes>& tets, const MixedValues& at,
+                                        std::span<const float> pressures, std::span<float> f) {
+        for (std::size_t k = tets.range.begin; k < tets.range.end; ++k) {
+            const auto& b = tets.batches[k];
+            const Number w = volume(tets, b);
+            const lanes::PointGradients<float, nodes> H(b, at.u.data());
+            const lanes::PointPressures<nodes> p(b, pressures);
+            lanes::PointForces<float, nodes> forces(b);
+#pragma GCC unroll 4
+            for (int q = 0; q < points<nodes>; ++q)
+                forces.add(q,
+                           (w * p.at(q)) * Law::volume_gradient(H.at(q), rotation_at(tets, k, q)));
+            forces.scatter(f.data());
+        }
+    }
+};
+
+}  // namespace livetet
