@@ -97,7 +97,7 @@ std::vector<SceneChoice> Choices::all() const {
         });
     Scene live = scene_;
     live.formulation = Formulation::displacement;
-    if (why_not_live(elastic_model(live, Use::track), hierarchy_).empty())
+    if (why_not_live(elastic_model(live), hierarchy_).empty())
         with("solver", "live kernels", [](Scene& s) {
             s.solver.kind = SolverKind::live;
             s.formulation = Formulation::displacement;
@@ -108,7 +108,7 @@ std::vector<SceneChoice> Choices::all() const {
     with("solver", "ICC", [](Scene& s) {
         s.solver.kind = SolverKind::petsc;
         s.solver.max_iterations = 2000;
-        const bool mixed = resolved_formulation(elastic_model(s, Use::solve)) == Formulation::mixed;
+        const bool mixed = resolved_formulation(elastic_model(s)) == Formulation::mixed;
         s.solver.petsc_options =
             mixed ? "-fieldsplit_displacement_pc_type icc" : "-ksp_type cg -pc_type icc";
     });

@@ -56,7 +56,7 @@ Measured Follower::judged_frame(const TrackerSample& sample, const FrameLimits& 
         converged.kind = SolverKind::live;
         reference_ = std::make_unique<DeformableBody>(
             DistributedHierarchy{PETSC_COMM_SELF, body_.hierarchy},
-            elastic_model(scene_, Use::track), scene_.time, converged);
+            elastic_model(scene_), scene_.time, converged);
     }
     const bool is_static = !scene_.time.is_dynamic();
     if (!is_static) reference_->copy_state(*body_.body);

@@ -250,7 +250,7 @@ LiveChoices measure_live_choices(const Scene& scene, const MeshHierarchy& hierar
             own.elements = elements;
             MeshHierarchy rest = levels_from(hierarchy, l);
             if (elements == Elements::p2) rest = with_quadratic_level(std::move(rest));
-            const std::string reason = why_not_live(elastic_model(own, Use::track), rest);
+            const std::string reason = why_not_live(elastic_model(own), rest);
             if (reason.empty())
                 candidates.push_back(candidate);
             else

@@ -77,9 +77,6 @@ std::string known_limit(const StabilityCase& c, const StabilityColumn& column) {
         return "fibres 2,000 times as stiff as what they lie in snap tight and slack, and "
                "Newmark's "
                "steps damp nothing that they do not resolve";
-    if (tracked && c.poisson > 0.499)
-        return "track takes tets by displacements: at a Poisson's ratio beyond 0.499 a frame's "
-               "iterations do not converge in its budget";
     if ((c.motion == PatchMotion::jump || c.motion == PatchMotion::through) && !tracked &&
         column.strain->kinematics() == Kinematics::corotated)
         return "a patch that jumps by the body's length or presses through its far wall inverts "

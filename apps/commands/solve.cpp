@@ -104,7 +104,7 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     if (first) progress.emplace("solve");
     const auto callback = [&] { return progress ? progress->callback() : ProgressCallback{}; };
 
-    if (const auto note = locking_note(scene, Use::solve); note && first) log_warning(*note);
+    if (const auto note = locking_note(scene); note && first) log_warning(*note);
 
     // 2. mesh, body
     RunFigures figures;

@@ -144,11 +144,6 @@ TrackInputs::TrackInputs(const TrackArguments& arguments)
       scene(load_track_scene(arguments)),
       every_sample(scene.track->pace == Pace::every_sample),
       budget_s(seconds_of(scene.track->budget)) {
-    if (budget_s && resolved_formulation(elastic_model(scene, Use::track)) == Formulation::mixed)
-        fail(
-            "track.budget = {}: solves of the mixed form cannot be cut short, expected "
-            "formulation: displacement ({})",
-            scene.track->budget, arguments.scene.string());
     registration = read_registration(scene.track->registration);
     image_from_reference = rigid_registration(registration, *scene.track);
     open =
@@ -252,7 +247,7 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
         ProgressLine progress("mesh");
         return load_mesh(scene.mesh, progress.callback());
     }();
-    if (const auto note = locking_note(scene, Use::track)) log_warning(*note);
+    if (const auto note = locking_note(scene)) log_warning(*note);
     TrackedModel model = make_tracked_model(scene, std::move(hierarchy));
     const SceneBody& body = model.body;
     TrackFiles files(inputs, body);

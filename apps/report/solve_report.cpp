@@ -170,7 +170,7 @@ SolveReport make_solve_report(const ResultReader& result, const std::filesystem:
     const Scene scene = read_yaml<Scene>(r.scene_text, r.source);
     r.fixed = fixed_nodes(scene, result.mesh(), source);
     r.beyond_model = beyond_model(scene, result.mesh(), result.displacement(r.largest_frame));
-    if (auto note = locking_note(scene, Use::solve)) r.beyond_model.push_back(std::move(*note));
+    if (auto note = locking_note(scene)) r.beyond_model.push_back(std::move(*note));
     return r;
 }
 

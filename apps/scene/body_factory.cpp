@@ -291,17 +291,14 @@ std::vector<Vector3> scene_forces(const Scene& scene, const TetMesh& mesh) {
     return force;
 }
 
-ElasticModel elastic_model(const Scene& scene, Use use) {
-    ElasticModel model{scene.materials, scene.strain, scene.formulation};
-    if (use == Use::track && model.formulation == Formulation::automatic)
-        model.formulation = Formulation::displacement;
-    return model;
+ElasticModel elastic_model(const Scene& scene) {
+    return {scene.materials, scene.strain, scene.formulation};
 }
 
 SolverOptions solver_options(const Scene& scene, const MeshHierarchy& hierarchy, Use use) {
     SolverOptions options = scene.solver;
     if (use == Use::track && options.kind == SolverKind::automatic &&
-        why_not_live(elastic_model(scene, use), hierarchy).empty())
+        why_not_live(elastic_model(scene), hierarchy).empty())
         options.kind = SolverKind::live;
     if (scene.mesh.levels > 1 && hierarchy.levels.size() == 1 &&
         options.kind == SolverKind::multigrid)
@@ -372,7 +369,7 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
     }
     scene_body.body =
         std::make_unique<DeformableBody>(DistributedHierarchy{comm, scene_body.hierarchy, parts},
-                                         elastic_model(scene, use), scene.time, options);
+                                         elastic_model(scene), scene.time, options);
     MeshHierarchy& used = scene_body.hierarchy;
     used.parents.clear();  // used for the partition only
     if (scene_body.body->linear_solver().kind() != SolverKind::live)

@@ -66,8 +66,8 @@ enum class Use { solve, track };
 /// What the scene is for: `track` if it has a section of that name.
 inline Use use_of(const Scene& scene) { return scene.track ? Use::track : Use::solve; }
 
-/// The elastic model of a scene. For `track`, the formulation `automatic` means displacements.
-ElasticModel elastic_model(const Scene& scene, Use use);
+/// The elastic model of a scene.
+ElasticModel elastic_model(const Scene& scene);
 
 /// The solver options of a scene. For `track`, the kind `automatic` means the live solver if it can
 /// be used on this mesh. Where none of the levels could be made that `mesh.levels` asked for,

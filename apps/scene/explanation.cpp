@@ -122,14 +122,12 @@ std::vector<ExplainedPart> explain_parts(const Scene& scene, std::size_t tets, s
                fmt::format("{}: {}, {} Pa, Poisson's ratio {}",
                            m.region == 0 ? "all other regions" : fmt::format("region {}", m.region),
                            model_of(m, scene.strain).names().title, m.young_Pa, m.poisson));
-    const ChosenFormulation formulation = choose_formulation(elastic_model(scene, use_of(scene)));
+    const ChosenFormulation formulation = choose_formulation(elastic_model(scene));
     if (formulation.formulation == Formulation::mixed)
         e.uses("pressures",
                "one at each corner, FGMRES around the preconditioner of the displacements");
     else
-        e.leaves_out("pressures", locking_note(scene, use_of(scene))
-                                      .value_or(scene.track ? "`track`, and no poisson >= 0.49"
-                                                            : formulation.reason));
+        e.leaves_out("pressures", locking_note(scene).value_or(formulation.reason));
     const bool turns_preconditioner =
         kind == SolverKind::live && !is_small_strain(scene.materials, scene.strain);
     if (!has_corotated(scene.materials, scene.strain) && turns_preconditioner)
@@ -187,7 +185,7 @@ std::vector<ExplainedPart> explain_parts(const Scene& scene, std::size_t tets, s
 ExplainedPart explain_live(const Scene& scene, const MeshHierarchy& hierarchy) {
     if (scene.solver.kind != SolverKind::automatic && scene.solver.kind != SolverKind::live)
         return {false, "live solver", "solver.kind names another"};
-    const std::string reason = why_not_live(elastic_model(scene, Use::track), hierarchy);
+    const std::string reason = why_not_live(elastic_model(scene), hierarchy);
     return {reason.empty(), "live solver",
             reason.empty() ? "conjugate gradients around multigrid in single precision" : reason};
 }

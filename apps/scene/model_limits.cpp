@@ -116,19 +116,17 @@ std::vector<std::string> beyond_model(const Scene& scene, const TetMesh& mesh,
     return sentences;
 }
 
-std::optional<std::string> locking_note(const Scene& scene, Use use) {
+std::optional<std::string> locking_note(const Scene& scene) {
     const auto stiffest = std::ranges::max_element(scene.materials, {}, &Material::poisson);
     if (stiffest->poisson < 0.49 ||
-        resolved_formulation(elastic_model(scene, use)) == Formulation::mixed)
+        resolved_formulation(elastic_model(scene)) == Formulation::mixed)
         return {};
     return fmt::format(
-        "materials[{}].poisson = {:g} with {}: elements made of displacements alone lock near 0.5 "
-        "and are too stiff. Reactions of a pressed liver of 60,000 tets are 1.2 times too large at "
-        "0.49, 2.0 times at 0.499 and 7.5 times at 0.4999; coarser meshes lock more. Expected "
-        "below 0.49{}.",
-        stiffest - scene.materials.begin(), stiffest->poisson,
-        use == Use::track ? "`track`, which has no pressures" : "formulation: displacement",
-        use == Use::track ? "" : ", or formulation: mixed");
+        "materials[{}].poisson = {:g} with formulation: displacement: elements made of "
+        "displacements alone lock near 0.5 and are too stiff. Reactions of a pressed liver of "
+        "60,000 tets are 1.2 times too large at 0.49, 2.0 times at 0.499 and 7.5 times at 0.4999; "
+        "coarser meshes lock more. Expected below 0.49, or formulation: mixed.",
+        stiffest - scene.materials.begin(), stiffest->poisson);
 }
 
 }  // namespace livetet

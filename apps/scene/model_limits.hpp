@@ -32,6 +32,6 @@ std::vector<std::string> beyond_model(const Scene& scene, const TetMesh& mesh,
 
 /// A sentence on elements that lock: nearly incompressible materials computed from displacements
 /// alone, as `track` always does. None if they do not.
-std::optional<std::string> locking_note(const Scene& scene, Use use);
+std::optional<std::string> locking_note(const Scene& scene);
 
 }  // namespace livetet

@@ -182,7 +182,7 @@ void visit_fields(Visitor& v, Scene& s) {
           "ten nodes, quadratic displacement: accurate in bending and torsion on a coarse mesh"}});
     v.choice("formulation", s.formulation, "how the volumetric stress is computed",
              {{Formulation::automatic, "automatic",
-               "mixed if a material has poisson >= 0.49, else displacement; `track`: displacement"},
+               "mixed if a material has poisson >= 0.49, else displacement"},
               {Formulation::displacement, "displacement",
                "from the displacement: locks as poisson approaches 0.5"},
               {Formulation::mixed, "mixed",

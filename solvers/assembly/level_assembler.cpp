@@ -114,7 +114,10 @@ Eigen::AlignedBox3d LevelAssembler::bounding_box() const {
 std::vector<TetElement> LevelAssembler::elements() const {
     std::vector<TetElement> all;
     all.reserve(share_.tets.size());
-    for (std::size_t e = 0; e < share_.tets.size(); ++e) all.push_back(element(e));
+    for (std::size_t e = 0; e < share_.tets.size(); ++e) {
+        all.push_back(element(e));
+        if (is_mixed()) all.back().lambda = 0;
+    }
     return all;
 }
 
@@ -139,17 +142,24 @@ void LevelAssembler::make_single_batches() {
     const BatchLaw* law = shared_law();
     std::unique_ptr<const BatchLaw> own;
     if (!law) {
-        std::vector<PointwiseLaw::Moduli> moduli;
+        std::vector<PointwiseModels::Moduli> moduli;
         for (const Moduli& m : moduli_) moduli.push_back({m.lambda, m.mu, m.model});
-        own = std::make_unique<PointwiseLaw>(std::move(moduli), moduli_of_tet_);
+        own = std::make_unique<PointwiseLaw>(PointwiseModels(std::move(moduli), moduli_of_tet_));
         law = own.get();
     }
+    // The volumes of the mixed form stand in the place of lambda (see MixedTets), times the least
+    // of the moduli: an operator of Hooke's law by these batches is that of a small Poisson's
+    // ratio, at which it still preconditions well.
+    std::vector<TetElement> elements = this->elements();
+    double modulus = std::numeric_limits<double>::max();
+    for (const Moduli& m : moduli_) modulus = std::min(modulus, m.mu);
+    if (is_mixed())
+        for (TetElement& e : elements) e.lambda = modulus;
     const auto make = [&](const auto& nodes) {
         constexpr int count = std::tuple_size_v<std::remove_cvref_t<decltype(nodes[0])>>;
         parts_ = part_batches(nodes, team_.size(), batch_width<float>);
         single_ = std::make_unique<SinglePrecisionBatches>(
-            TetBatches<float, count>(elements(), nodes, parts_), *law, std::move(own), zeros,
-            zeros);
+            TetBatches<float, count>(elements, nodes, parts_), *law, std::move(own), zeros, zeros);
     };
     // The preconditioner's operator is Hooke's law turned by the rotations, whatever the law.
     rotates_ = !is_linear_;
@@ -162,6 +172,16 @@ void LevelAssembler::make_single_batches() {
         make(nodes);
     }
     number_lanes();
+    if (is_mixed()) make_single_pressures(modulus);
+}
+
+void LevelAssembler::make_single_pressures(double modulus) {
+    single_->per_modulus = static_cast<float>(1 / modulus);
+    single_->node_of_pressure.resize(pressure_->numbers.size());
+    for (std::size_t e = 0; e < share_.tets.size(); ++e)
+        for (int i = 0; i < 4; ++i)
+            single_->node_of_pressure[pressure_->tets[e][i]] = share_.tets[e][i];
+    single_->pressures.assign(share_.nodes.size(), 0.0F);
 }
 
 void LevelAssembler::number_lanes() {
@@ -191,7 +211,7 @@ ElementRotations LevelAssembler::make_rotations() const {
         if (!rotates_) return rotations;
         // Of each point where they belong to the law, else of each tet.
         rotations.single.assign(
-            has_frozen_force()
+            has_hooke_batches()
                 ? std::visit([](const auto& b) { return b.points * b.all().end; }, single_->batches)
                 : single_->batch_count(),
             rotations.single.front());
@@ -311,14 +331,11 @@ template <class Add>
 void LevelAssembler::add_in_single(std::span<const double> from, std::span<double> to,
                                    Add&& add) const {
     SinglePrecisionBatches& single = *single_;
-    team_.run_pieces(to.size(), 1000, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i)
-            single.values[i] = static_cast<float>(from[i]), single.forces[i] = 0;
+    over_single_components([&](std::size_t i) {
+        single.values[i] = static_cast<float>(from[i]), single.forces[i] = 0;
     });
     add(std::span<const float>(single.values), std::span<float>(single.forces));
-    team_.run_pieces(to.size(), 1000, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) to[i] += single.forces[i];
-    });
+    over_single_components([&](std::size_t i) { to[i] += single.forces[i]; });
 }
 
 void LevelAssembler::add_single_products(float factor, Tangent tangent, const ElementRotations& at,
@@ -381,7 +398,56 @@ void LevelAssembler::add_single_forces(const ElementRotations& rotations, std::s
         single_->batches);
 }
 
+void LevelAssembler::take_pressures(Vec p, std::span<float> of_nodes) const {
+    const ReadArray values(p);
+    for (std::size_t i = 0; i < single_->node_of_pressure.size(); ++i)
+        of_nodes[single_->node_of_pressure[i]] = static_cast<float>(values[i]);
+}
+
+template <class Work>
+void LevelAssembler::over_mixed_batches(const ElementRotations& at, Work&& work) const {
+    std::visit(
+        [&]<int nodes>(const TetBatches<float, nodes>& batches) {
+            over_batches([&](BatchRange range) {
+                work(single_->law.mixed(),
+                     MixedTets<nodes>{batches, single_->per_modulus, range, at.single});
+            });
+        },
+        single_->batches);
+}
+
+void LevelAssembler::add_mixed_forces(const ElementRotations& at, std::span<const float> p,
+                                      const MixedForces& to) const {
+    over_mixed_batches(at, [&](const MixedLaw& law, const auto& tets) {
+        law.add_forces(tets, {at.single_u, p}, to);
+    });
+}
+
+void LevelAssembler::add_mixed_products(float factor, const ElementRotations& at,
+                                        std::span<const float> p, const MixedValues& v,
+                                        const MixedForces& to) const {
+    over_mixed_batches(at, [&](const MixedLaw& law, const auto& tets) {
+        law.add_products(tets, factor, {at.single_u, p}, v, to);
+    });
+}
+
+void LevelAssembler::add_pressure_forces(const ElementRotations& at, std::span<const float> q,
+                                         std::span<float> f) const {
+    over_mixed_batches(at, [&](const MixedLaw& law, const auto& tets) {
+        law.add_pressure_forces(tets, {at.single_u, {}}, q, f);
+    });
+}
+
 void LevelAssembler::elastic_force(const Configuration& at, Vec f) const {
+    if (single_ && is_mixed()) {
+        WriteArray forces(f);
+        std::vector<float>& sum = single_->forces;
+        over_single_components([&](std::size_t i) { sum[i] = 0; });
+        take_pressures(at.p, single_->pressures);
+        add_mixed_forces(*at.rotations, single_->pressures, {sum, {}});
+        over_single_components([&](std::size_t i) { forces[i] = sum[i]; });
+        return;
+    }
     if (batches_ || single_) {
         frozen_force(at.u, *at.rotations, f);
         return;
@@ -408,6 +474,12 @@ void LevelAssembler::add_stiffness_times(double factor, const Configuration& at,
         const auto to = forces.span(share_);
         if (single_)
             add_in_single(from, to, [&](std::span<const float> of, std::span<float> added) {
+                if (is_mixed()) {
+                    take_pressures(at.p, single_->pressures);
+                    add_mixed_products(static_cast<float>(factor), *at.rotations,
+                                       single_->pressures, {of, {}}, {added, {}});
+                    return;
+                }
                 add_single_products(static_cast<float>(factor), Tangent::exact, *at.rotations, of,
                                     added);
             });

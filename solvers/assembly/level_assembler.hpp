@@ -34,6 +34,9 @@ struct SinglePrecisionBatches {
     const BatchLaw& law;
     std::unique_ptr<const BatchLaw> own_law;  ///< where no model has written it
     std::vector<float> values, forces;  ///< three numbers a local node, one number behind the last
+    float per_modulus = 0;              ///< mixed form: see MixedTets
+    std::vector<std::int32_t> node_of_pressure{};  ///< mixed form: of each local pressure
+    std::vector<float> pressures{};                ///< mixed form: of each local node
 
     const TetBatches<float>& four_nodes() const { return std::get<0>(batches); }
     std::size_t batch_count() const {
@@ -72,11 +75,15 @@ class LevelAssembler {
     /// Whether all models are of small strain: forces and operators are linear in u.
     bool is_linear() const { return is_linear_; }
     /// Whether rotations are taken: a model rotates with its elements, or the preconditioner of a
-    /// level in single precision does. Call update_rotations() before any evaluation.
+    /// level in single precision does.
     bool rotates() const { return rotates_; }
+    /// Whether ElementRotations must be taken anew before any evaluation.
+    bool reads_rotations() const { return rotates_ || keeps_displacement(); }
     /// Gradients, volume and moduli of a local tet. Computed from the corner positions on each
     /// call; storing it would add a third to the level's memory.
     TetElement element(std::size_t e) const;
+    /// All of them, as the operator of the displacements has them: without lambda in the mixed
+    /// form.
     std::vector<TetElement> elements() const;
     /// Of the nodes at rest, m, of the whole mesh. Collective.
     Eigen::AlignedBox3d bounding_box() const;
@@ -125,8 +132,12 @@ class LevelAssembler {
     /// reaction).
     void elastic_force(const Configuration& at, Vec f) const;
 
-    /// Whether `frozen_force` can be had: linear or corotated strain over batches.
-    bool has_frozen_force() const { return batches_ || (single_ && &single_->law == &hooke_law()); }
+    /// Whether a level in single precision is of Hooke's law: its K is positive, and its rotations
+    /// are the law's, of each point. Else they are the preconditioner's, of each tet.
+    bool has_hooke_batches() const { return single_ && &single_->law == &hooke_law(); }
+    /// Whether `frozen_force` can be had: linear or corotated strain over batches, without
+    /// pressures.
+    bool has_frozen_force() const { return batches_ || (has_hooke_batches() && !is_mixed()); }
     /// f = elastic force at the displacement `y` (ghosts up to date) by given rotations, of which
     /// it is affine in y.
     void frozen_force(Vec y, const ElementRotations& rotations, Vec f) const;
@@ -140,6 +151,18 @@ class LevelAssembler {
     /// semi-definite. Three numbers a local node, one number behind.
     void add_single_products(float factor, Tangent tangent, const ElementRotations& at,
                              std::span<const float> v, std::span<float> f) const;
+
+    /// The mixed form on a level in single precision. Of local nodes, as MixedLaw has them:
+    /// pressures from a vector of them.
+    void take_pressures(Vec p, std::span<float> of_nodes) const;
+    /// f and g (see MixedLaw) at `p` and the displacement of `at`.
+    void add_mixed_forces(const ElementRotations& at, std::span<const float> p,
+                          const MixedForces& to) const;
+    /// Their derivative.
+    void add_mixed_products(float factor, const ElementRotations& at, std::span<const float> p,
+                            const MixedValues& v, const MixedForces& to) const;
+    void add_pressure_forces(const ElementRotations& at, std::span<const float> q,
+                             std::span<float> f) const;
 
     /// |f|, f_n = sum over the tets at node n of V (|lambda| + 2 mu) |grad L_i|, N (mixed form:
     /// without lambda): the size of forces at a strain of one. Collective.
@@ -190,6 +213,8 @@ class LevelAssembler {
     bool is_batched() const;
     void make_double_batches();
     void make_single_batches();
+    /// Of the mixed form; `modulus`: by which the batches' volumes are multiplied, Pa.
+    void make_single_pressures(double modulus);
     /// The law of a level in single precision: that of its models if they share one, or one that
     /// calls the models.
     const BatchLaw* shared_law() const;
@@ -204,6 +229,13 @@ class LevelAssembler {
     /// f += the elastic forces at u of a level in single precision.
     void add_single_forces(const ElementRotations& rotations, std::span<const float> u,
                            std::span<float> f) const;
+    /// work(i) on each displacement component, by pieces of the team.
+    template <class Work>
+    void over_single_components(Work&& work) const {
+        team_.run_pieces(3 * share_.nodes.size(), 1000, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) work(i);
+        });
+    }
     /// to += what add(from as floats, floats) adds, on a level in single precision.
     template <class Add>
     void add_in_single(std::span<const double> from, std::span<double> to, Add&& add) const;
@@ -212,6 +244,9 @@ class LevelAssembler {
         return {values.data(), 3 * share.nodes.size()};
     }
     bool is_mixed() const { return pressure_.has_value(); }
+    /// work(mixed law, tets of a batch range) on all batches of a level in single precision.
+    template <class Work>
+    void over_mixed_batches(const ElementRotations& at, Work&& work) const;
     /// Whether ElementRotations keep the displacement: for the law of a level in single precision.
     bool keeps_displacement() const { return single_ && (rotates_ || !has_frozen_force()); }
     /// Adds factor K at `at`.
@@ -238,8 +273,8 @@ class LevelAssembler {
         const ElementRotations& r = *at.rotations;
         const std::size_t lane = lane_of_tet_.empty() ? e : lane_of_tet_[e];
         if (single_)  // of other laws, rotations are the preconditioner's
-            return has_frozen_force() ? rotation_at<float>(r.single, lane, point, points)
-                                      : rotation_of(Eigen::Matrix3d::Identity() + H);
+            return has_hooke_batches() ? rotation_at<float>(r.single, lane, point, points)
+                                       : rotation_of(Eigen::Matrix3d::Identity() + H);
         return batches_ ? rotation_at<double>(r.batches, lane) : r.points[e * points + point];
     }
     /// lambda theta, or the interpolated pressure.

@@ -31,6 +31,38 @@ Nodal<nodes> values_at(const TetBatch<float, nodes>& b, int lane, std::span<cons
     return u;
 }
 
+/// visit(e, lane, moduli, element) for the tets in the lanes of batch k.
+template <int nodes, class Visit>
+void visit_lanes(const PointwiseModels& models, const TetBatches<float, nodes>& batches,
+                 std::size_t k, Visit&& visit) {
+    for (int lane = 0; lane < batch_width<float>; ++lane)
+        if (const std::int32_t tet = batches.tet_at(k, lane); tet >= 0) {
+            const PointwiseModels::Moduli& m = models.of(tet);
+            visit(lane, m, element_at(batches[k], lane, m.mu));
+        }
+}
+
+template <int nodes>
+void add_nodal(const TetBatch<float, nodes>& b, int lane, const Nodal<nodes>& forces,
+               std::span<float> f) {
+    for (int i = 0; i < nodes; ++i)
+        for (int a = 0; a < 3; ++a) f[b.offset[i][lane] + a] += static_cast<float>(forces(a, i));
+}
+
+template <int nodes>
+Eigen::Vector4d pressures_at(const TetBatch<float, nodes>& b, int lane, std::span<const float> p) {
+    Eigen::Vector4d values = Eigen::Vector4d::Zero();
+    if (p.empty()) return values;
+    for (int i = 0; i < 4; ++i) values[i] = p[b.offset[i][lane] / 3];
+    return values;
+}
+
+template <int nodes>
+void add_volumes(const TetBatch<float, nodes>& b, int lane, const Eigen::Vector4d& volumes,
+                 std::span<float> g) {
+    for (int i = 0; i < 4; ++i) g[b.offset[i][lane] / 3] += static_cast<float>(volumes[i]);
+}
+
 Eigen::Matrix3d rotation_in(const ConstitutiveModel& model, const Eigen::Matrix3d& H) {
     return model.kinematics() == Kinematics::corotated ? rotation_of(deformation_gradient(H))
                                                        : Eigen::Matrix3d::Identity();
@@ -42,24 +74,19 @@ template <int nodes, class Stress>
 void PointwiseLaw::add(const TetBatches<float, nodes>& batches, BatchRange range,
                        std::span<const float> u, std::span<float> f, Stress&& stress) const {
     using Shape = TetShape<nodes>;
-    for (std::size_t k = range.begin; k < range.end; ++k) {
-        const auto& b = batches[k];
-        for (int l = 0; l < batch_width<float>; ++l) {
-            const std::int32_t tet = batches.tet_at(k, l);
-            if (tet < 0) continue;
-            const TetElement element = element_at(b, l, moduli_of(tet).mu);
-            const Nodal<nodes> values = values_at(b, l, u);
-            Nodal<nodes> forces = Nodal<nodes>::Zero();
-            for (int point = 0; point < Shape::points; ++point) {
-                const auto g = Shape::gradients(element, point);
-                const Eigen::Matrix3d H = values * g.transpose();
-                forces += element.volume / Shape::points * stress(moduli_of(tet), H, g, b, l) * g;
-            }
-            for (int i = 0; i < nodes; ++i)
-                for (int a = 0; a < 3; ++a)
-                    f[b.offset[i][l] + a] += static_cast<float>(forces(a, i));
-        }
-    }
+    for (std::size_t k = range.begin; k < range.end; ++k)
+        visit_lanes(models_, batches, k,
+                    [&](int lane, const PointwiseModels::Moduli& m, const TetElement& element) {
+                        const auto& b = batches[k];
+                        const Nodal<nodes> values = values_at(b, lane, u);
+                        Nodal<nodes> forces = Nodal<nodes>::Zero();
+                        for (int point = 0; point < Shape::points; ++point) {
+                            const auto g = Shape::gradients(element, point);
+                            const Eigen::Matrix3d H = values * g.transpose();
+                            forces += element.volume / Shape::points * stress(m, H, g, b, lane) * g;
+                        }
+                        add_nodal(b, lane, forces, f);
+                    });
 }
 
 template <int nodes>
@@ -67,8 +94,8 @@ void PointwiseLaw::add_products(float factor, const TetBatches<float, nodes>& ba
                                 BatchRange range, std::span<const float> u,
                                 std::span<const float> v, std::span<float> f) const {
     add(batches, range, u, f,
-        [&](const Moduli& m, const Eigen::Matrix3d& H, const auto& g, const auto& b,
-            int lane) -> Eigen::Matrix3d {
+        [&](const PointwiseModels::Moduli& m, const Eigen::Matrix3d& H, const auto& g,
+            const auto& b, int lane) -> Eigen::Matrix3d {
             const Eigen::Matrix3d R = rotation_in(*m.model, H),
                                   N = m.model->volume_strain_gradient(H, R),
                                   dF = values_at(b, lane, v) * g.transpose();
@@ -81,7 +108,7 @@ void PointwiseLaw::add_products(float factor, const TetBatches<float, nodes>& ba
 namespace {
 
 /// First Piola-Kirchhoff stress, Pa.
-const auto stress_of = [](const PointwiseLaw::Moduli& m, const Eigen::Matrix3d& H, const auto&,
+const auto stress_of = [](const PointwiseModels::Moduli& m, const Eigen::Matrix3d& H, const auto&,
                           const auto&, int) -> Eigen::Matrix3d {
     const Eigen::Matrix3d R = rotation_in(*m.model, H);
     return m.model->stress(m.mu, m.lambda * m.model->volume_strain(H, R), H, R);
@@ -109,6 +136,113 @@ void PointwiseLaw::add_stiffness_times(float factor, const TetBatches<float, 10>
                                        BatchRange range, Rotations, std::span<const float> u,
                                        std::span<const float> v, std::span<float> f) const {
     add_products(factor, batches, range, u, v, f);
+}
+
+namespace {
+
+/// What the nodes and pressures of a tet get.
+template <int nodes>
+struct MixedSums {
+    Nodal<nodes> f = Nodal<nodes>::Zero();
+    Eigen::Vector4d g = Eigen::Vector4d::Zero();
+};
+/// work(batch, lane, moduli, volume of the point, gradients, L, H = F - I, R, sums) at each point.
+template <int nodes, class Work>
+void visit_mixed_points(const PointwiseModels& models, const MixedTets<nodes>& tets,
+                        std::span<const float> u, const MixedForces& to, Work&& work) {
+    using Shape = TetShape<nodes>;
+    for (std::size_t k = tets.range.begin; k < tets.range.end; ++k)
+        visit_lanes(models, tets.batches, k,
+                    [&](int lane, const PointwiseModels::Moduli& m, const TetElement& element) {
+                        const auto& b = tets.batches[k];
+                        const Nodal<nodes> values = values_at(b, lane, u);
+                        MixedSums<nodes> sums;
+                        for (int point = 0; point < Shape::points; ++point) {
+                            const auto g = Shape::gradients(element, point);
+                            const Eigen::Matrix3d H = values * g.transpose();
+                            work(b, lane, m, element.volume / Shape::points, g,
+                                 Eigen::Vector4d(Shape::coordinates(point)), H,
+                                 rotation_in(*m.model, H), sums);
+                        }
+                        add_nodal(b, lane, sums.f, to.f);
+                        if (!to.g.empty()) add_volumes(b, lane, sums.g, to.g);
+                    });
+}
+
+template <int nodes>
+void add_mixed_forces(const PointwiseModels& models, const MixedTets<nodes>& tets,
+                      const MixedValues& at, const MixedForces& to) {
+    visit_mixed_points(models, tets, at.u, to,
+                       [&](const auto& b, int lane, const PointwiseModels::Moduli& m, double weight,
+                           const auto& g, const Eigen::Vector4d& L, const Eigen::Matrix3d& H,
+                           const Eigen::Matrix3d& R, MixedSums<nodes>& sums) {
+                           const double p = L.dot(pressures_at(b, lane, at.p));
+                           sums.f += weight * m.model->stress(m.mu, p, H, R) * g;
+                           sums.g += weight * m.model->volume_strain(H, R) * L;
+                       });
+}
+
+template <int nodes>
+void add_mixed_products(const PointwiseModels& models, const MixedTets<nodes>& tets, double factor,
+                        const MixedValues& at, const MixedValues& v, const MixedForces& to) {
+    visit_mixed_points(
+        models, tets, at.u, to,
+        [&](const auto& b, int lane, const PointwiseModels::Moduli& m, double weight, const auto& g,
+            const Eigen::Vector4d& L, const Eigen::Matrix3d& H, const Eigen::Matrix3d& R,
+            MixedSums<nodes>& sums) {
+            const double p = L.dot(pressures_at(b, lane, at.p)),
+                         dp = L.dot(pressures_at(b, lane, v.p));
+            const Eigen::Matrix3d dF = values_at(b, lane, v.u) * g.transpose(),
+                                  N = m.model->volume_strain_gradient(H, R);
+            sums.f +=
+                weight * (factor * m.model->shear_stress_increment(m.mu, p, H, R, dF) + dp * N) * g;
+            sums.g += weight * N.cwiseProduct(dF).sum() * L;
+        });
+}
+
+template <int nodes>
+void add_mixed_pressure_forces(const PointwiseModels& models, const MixedTets<nodes>& tets,
+                               const MixedValues& at, std::span<const float> q,
+                               std::span<float> f) {
+    visit_mixed_points(models, tets, at.u, {f, {}},
+                       [&](const auto& b, int lane, const PointwiseModels::Moduli& m, double weight,
+                           const auto& g, const Eigen::Vector4d& L, const Eigen::Matrix3d& H,
+                           const Eigen::Matrix3d& R, MixedSums<nodes>& sums) {
+                           const double p = L.dot(pressures_at(b, lane, q));
+                           sums.f += weight * p * m.model->volume_strain_gradient(H, R) * g;
+                       });
+}
+
+}  // namespace
+
+void PointwiseMixedLaw::add_forces(const MixedTets<4>& tets, const MixedValues& at,
+                                   const MixedForces& to) const {
+    add_mixed_forces(models_, tets, at, to);
+}
+
+void PointwiseMixedLaw::add_forces(const MixedTets<10>& tets, const MixedValues& at,
+                                   const MixedForces& to) const {
+    add_mixed_forces(models_, tets, at, to);
+}
+
+void PointwiseMixedLaw::add_products(const MixedTets<4>& tets, float factor, const MixedValues& at,
+                                     const MixedValues& v, const MixedForces& to) const {
+    add_mixed_products(models_, tets, factor, at, v, to);
+}
+
+void PointwiseMixedLaw::add_products(const MixedTets<10>& tets, float factor, const MixedValues& at,
+                                     const MixedValues& v, const MixedForces& to) const {
+    add_mixed_products(models_, tets, factor, at, v, to);
+}
+
+void PointwiseMixedLaw::add_pressure_forces(const MixedTets<4>& tets, const MixedValues& at,
+                                            std::span<const float> q, std::span<float> f) const {
+    add_mixed_pressure_forces(models_, tets, at, q, f);
+}
+
+void PointwiseMixedLaw::add_pressure_forces(const MixedTets<10>& tets, const MixedValues& at,
+                                            std::span<const float> q, std::span<float> f) const {
+    add_mixed_pressure_forces(models_, tets, at, q, f);
 }
 
 }  // namespace livetet

@@ -46,7 +46,20 @@ PressureCoupling::PressureCoupling(const LevelAssembler& level) : level_(level) 
     sums[3] = space.owned;
     MPI_Allreduce(MPI_IN_PLACE, sums, 4, MPI_DOUBLE, MPI_SUM, share.comm);
     scale_ = std::sqrt(sums[0] / sums[2] / (sums[1] / sums[3]));
+    if (level.single())
+        free_ = std::make_unique<MatrixFreeCoupling>(level, scale_);
+    else
+        make_b();
+    const int n = share.nodes_per_tet();
+    fill(minus_c_, [&](std::size_t, const TetElement& t, int i, int j) {
+        return -(mass(t, i, j) / t.lambda + stabilisation(t, i, j, n));
+    });
+    set_constrained();
+}
 
+void PressureCoupling::make_b() {
+    const PressureSpace& space = *level_.pressure_space();
+    const PartitionedMesh& share = level_.share();
     const int n = share.nodes_per_tet();
     std::vector<PetscInt> rows, columns;
     for (std::size_t e = 0; e < share.tets.size(); ++e)
@@ -58,10 +71,6 @@ PressureCoupling::PressureCoupling(const LevelAssembler& level) : level_(level) 
                 }
     values_.resize(rows.size());
     b_ = make_matrix(share.comm, space.owned, 3 * share.owned, rows, columns);
-    fill(minus_c_, [&](std::size_t, const TetElement& t, int i, int j) {
-        return -(mass(t, i, j) / t.lambda + stabilisation(t, i, j, n));
-    });
-    set_constrained();
 }
 
 template <class Value>
@@ -101,6 +110,10 @@ void PressureCoupling::set_constrained() {
 }
 
 void PressureCoupling::assemble(const Configuration& at) {
+    if (free_) {
+        free_->take(at);
+        return;
+    }
     const PartitionedMesh& share = level_.share();
     const auto constrained = level_.constrained();
     std::fill(values_.begin(), values_.end(), 0.0);
@@ -118,9 +131,29 @@ void PressureCoupling::assemble(const Configuration& at) {
     LIVETET_PETSC(MatSetValuesCOO(b_.get(), values_.data(), INSERT_VALUES));
 }
 
-void PressureCoupling::residual(const Configuration& at, Vec g) {
-    LIVETET_PETSC(MatMult(minus_c_.get(), at.p, g));  // - scale^2 C p
+void PressureCoupling::multiply_c(Vec p, Vec g) {
+    LIVETET_PETSC(MatMult(minus_c_.get(), p, g));  // - scale^2 C p
     LIVETET_PETSC(VecScale(g, 1 / scale_));
+}
+
+void PressureCoupling::evaluate(const Configuration& at, Vec f, Vec g) {
+    multiply_c(at.p, g);
+    WriteArray forces(f), values(g);
+    values_.resize(values.span().size());
+    free_->evaluate(at, forces.span(), values_);
+    for (std::size_t i = 0; i < values_.size(); ++i) values[i] += values_[i];
+}
+
+void PressureCoupling::add_increments(const Configuration& at, double factor, Vec v, Vec f, Vec g) {
+    const ReadArray of(v);
+    WriteArray forces(f), values(g);
+    values_.resize(values.span().size());
+    free_->increments(at, factor, of.span(), forces.span(), values_);
+    for (std::size_t i = 0; i < values_.size(); ++i) values[i] += values_[i];
+}
+
+void PressureCoupling::residual(const Configuration& at, Vec g) {
+    multiply_c(at.p, g);
     const PressureSpace& space = *level_.pressure_space();
     WriteArray values(g);
     level_.visit_volume_strain(

@@ -1,6 +1,8 @@
 #pragma once
 
-#include "solvers/assembly/level_assembler.hpp"
+#include <memory>
+
+#include "solvers/assembly/matrix_free_coupling.hpp"
 
 namespace livetet {
 
@@ -12,12 +14,15 @@ namespace livetet {
 /// (Taylor and Hood 1973); P1 with P1 pressures takes the polynomial pressure projection of
 /// Dohrmann and Bochev (2004): C += 1/(2 mu) integral (N_i - mean N_i) (N_j - mean N_j), which is
 /// local and keeps the order. Both are kept in `scale` times their units, so that all rows are
-/// forces: the unknown of the matrices is p / scale.
+/// forces: the unknown of the matrices is p / scale. On a level in single precision, B is a
+/// MatrixFreeCoupling's.
 class PressureCoupling {
   public:
     explicit PressureCoupling(const LevelAssembler& level);
 
-    Mat b() const { return b_.get(); }
+    Mat b() const { return free_ ? free_->b() : b_.get(); }
+    /// Null on a level with a matrix.
+    MatrixFreeCoupling* matrix_free() const { return free_.get(); }
     Mat minus_c() const { return minus_c_.get(); }
     /// The pressure that a unit of the scaled unknown stands for, Pa/m.
     double scale() const { return scale_; }
@@ -28,8 +33,14 @@ class PressureCoupling {
     /// g = scale (integral N_i theta(u) - C p), at owned pressures, in N; at.p in Pa.
     void residual(const Configuration& at, Vec g);
 
+    /// On a level in single precision, in one pass over the tets: f = the elastic force of `at`, g
+    /// = residual(at).
+    void evaluate(const Configuration& at, Vec f, Vec g);
+
     /// g += scale integral N_i d theta(u) : grad v, constrained components too.
     void add_residual_increment(const Configuration& at, Vec v, Vec g);
+    /// On a level in single precision, in one pass: f = factor K v, and the same of g.
+    void add_increments(const Configuration& at, double factor, Vec v, Vec f, Vec g);
 
     /// -S, an approximation of the Schur complement C + B K^-1 B^T, which a tet adds to by
     ///     S_e = M_e / lambda + f_e M_e / (2 mu),    M_e = integral N_i N_j;
@@ -46,11 +57,15 @@ class PressureCoupling {
     template <class Value>
     void fill(PetscHandle<Mat>& matrix, Value&& value) const;
     double free_share(std::size_t e) const;
+    void make_b();
+    /// g = - scale C p, p in Pa.
+    void multiply_c(Vec p, Vec g);
 
     const LevelAssembler& level_;
     double scale_ = 1;
     PetscHandle<Mat> b_, minus_c_, minus_schur_;
-    std::vector<PetscScalar> values_;
+    std::vector<PetscScalar> values_;  ///< of B; or room for volumes
+    std::unique_ptr<MatrixFreeCoupling> free_;
 };
 
 }  // namespace livetet

@@ -100,7 +100,7 @@ bool DisplacementSolver::preconditions_by(PCType type) const {
     return same;
 }
 
-bool DisplacementSolver::start_from(std::span<const Vec> guesses, Vec b) {
+bool DisplacementSolver::start_from(std::span<const Unknowns> guesses, Vec b) {
     if (!rest_)
         for (PetscHandle<Vec>* v : {&rest_, &start_, &images_[0], &images_[1]})
             *v = make_vector(fine().share());
@@ -110,13 +110,13 @@ bool DisplacementSolver::start_from(std::span<const Vec> guesses, Vec b) {
     // Fischer 1998: c minimises |x - sum c_i g_i| in the energy norm of the present operator.
     const std::size_t count = std::min<std::size_t>(guesses.size(), max_guesses);
     for (std::size_t i = 0; i < count; ++i)
-        LIVETET_PETSC(MatMult(matrix(), guesses[i], images_[i].get()));
+        LIVETET_PETSC(MatMult(matrix(), guesses[i].u, images_[i].get()));
     Eigen::Matrix2d gram = Eigen::Matrix2d::Identity();
     Eigen::Vector2d work = Eigen::Vector2d::Zero();
     for (std::size_t i = 0; i < count; ++i) {
         const Vec others[] = {b, images_[0].get(), images_[1].get()};
         PetscScalar dots[3] = {};
-        LIVETET_PETSC(VecMDot(guesses[i], static_cast<PetscInt>(1 + count), others, dots));
+        LIVETET_PETSC(VecMDot(guesses[i].u, static_cast<PetscInt>(1 + count), others, dots));
         work[i] = dots[0];
         for (std::size_t j = 0; j < count; ++j) gram(i, j) = dots[1 + j];
     }
@@ -128,12 +128,9 @@ bool DisplacementSolver::start_from(std::span<const Vec> guesses, Vec b) {
         !stopping_->watches_curvature() || (gram(0, 0) > 0 && gram.determinant() > 0);
     const bool of_use = positive && share.allFinite() && work.dot(share) > 0;
     const Eigen::Vector2d c = of_use ? share : Eigen::Vector2d::Zero();
-    const auto array = [&](std::span<const Vec> vectors, std::size_t i) {
-        return i < count ? vectors[i] : b;
-    };
-    const Vec images[] = {images_[0].get(), images_[1].get()};
-    const ReadArray from(b), g0(array(guesses, 0)), g1(array(guesses, 1)), i0(array(images, 0)),
-        i1(array(images, 1));
+    const auto guess = [&](std::size_t i) { return i < count ? guesses[i].u : b; };
+    const auto image = [&](std::size_t i) { return i < count ? images_[i].get() : b; };
+    const ReadArray from(b), g0(guess(0)), g1(guess(1)), i0(image(0)), i1(image(1));
     WriteArray start(start_.get()), rest(rest_.get());
     team_.run_pieces(rest.span().size(), 1000, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
@@ -146,7 +143,7 @@ bool DisplacementSolver::start_from(std::span<const Vec> guesses, Vec b) {
 
 LinearReport DisplacementSolver::solve(Vec b, Vec /*b_p*/, Vec x, Vec /*x_p*/,
                                        const LinearControls& controls,
-                                       std::span<const Vec> guesses) {
+                                       std::span<const Unknowns> guesses) {
     const LinearControls asked = set_tolerances(controls);
     PetscReal size = 0;
     LIVETET_PETSC(VecNorm(b, NORM_2, &size));

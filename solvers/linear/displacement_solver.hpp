@@ -18,7 +18,7 @@ class DisplacementSolver : public LinearSolver {
     ~DisplacementSolver() override;
 
     LinearReport solve(Vec b, Vec b_p, Vec x, Vec x_p, const LinearControls& controls,
-                       std::span<const Vec> guesses) override;
+                       std::span<const Unknowns> guesses) override;
     int go_on(Vec b, Vec x) override;
     LevelAssembler& fine() override { return *levels_.front(); }
     int level_count() const override { return static_cast<int>(levels_.size()); }
@@ -28,10 +28,12 @@ class DisplacementSolver : public LinearSolver {
     }
 
     /// For SaddlePointSolver, role `preconditioner`: renews the operators; how it preconditions;
-    /// the Krylov solver whose preconditioner that is.
-    void renew_operators(const Configuration& at, const OperatorTerms& terms) {
-        (void)renew(at, terms, RenewalExtent::whole);
+    /// the Krylov solver whose preconditioner that is; K.
+    RenewalExtent renew_operators(const Configuration& at, const OperatorTerms& terms,
+                                  RenewalExtent wanted) {
+        return renew(at, terms, wanted);
     }
+    Mat inner_matrix() const { return matrix(); }
     virtual std::string preconditioner_name() const;
     KSP inner_krylov() const { return krylov_.get(); }
 
@@ -78,7 +80,7 @@ class DisplacementSolver : public LinearSolver {
 
   private:
     /// start_ = the best combination x of guesses, rest_ = b - A x. Whether x is not zero.
-    bool start_from(std::span<const Vec> guesses, Vec b);
+    bool start_from(std::span<const Unknowns> guesses, Vec b);
 
     Role role_;
     std::vector<double> volumes_;  ///< of the tets of the level added last, m^3

@@ -28,7 +28,7 @@ ChosenFormulation choose_formulation(const ElasticModel& model) {
 }
 
 void LinearSolver::update_rotations(Vec u, ElementRotations& rotations) {
-    if (!fine().rotates()) return;
+    if (!fine().reads_rotations()) return;
     static const PetscLogEvent event = log_event("LivetetRotations");
     const PhaseTimer timer(costs_.rotations, event);
     fine().update_rotations(u, rotations);
@@ -111,7 +111,7 @@ std::unique_ptr<DisplacementSolver> make_displacement_solver(const DistributedHi
                     "several or another kind (automatic)");
             return std::make_unique<MultigridSolver>(mesh, model, options, role);
         case SolverKind::live:
-            return std::make_unique<LiveSolver>(mesh, model, options, team);
+            return std::make_unique<LiveSolver>(mesh, model, options, role, team);
         case SolverKind::boomeramg:
         case SolverKind::gamg:
         case SolverKind::direct:
@@ -131,7 +131,7 @@ std::unique_ptr<LinearSolver> make_linear_solver(const DistributedHierarchy& mes
     if (resolved_formulation(model) == Formulation::displacement)
         return make_displacement_solver(mesh, model, options, Role::solver, team);
     return std::make_unique<SaddlePointSolver>(
-        make_displacement_solver(mesh, model, options, Role::preconditioner, team));
+        make_displacement_solver(mesh, model, options, Role::preconditioner, team), team);
 }
 
 }  // namespace livetet

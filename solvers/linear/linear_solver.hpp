@@ -77,6 +77,11 @@ struct DistributedHierarchy {
     std::span<const std::vector<std::int32_t>> parts;
 };
 
+/// Displacements, m, and in the mixed form pressures, Pa; else p is null. Owns nothing.
+struct Unknowns {
+    Vec u = nullptr, p = nullptr;
+};
+
 /// Rows of a matrix in the mixed form; null in the displacement form.
 struct UnknownFields {
     IS displacement = nullptr, pressure = nullptr;
@@ -135,9 +140,10 @@ class LinearSolver {
     /// Solves A x = b. Displacement form: starts from the combination of `guesses` (zero at
     /// constrained components; at most `max_guesses`) that is nearest to x in energy; b_p and x_p
     /// are null. Mixed form: b_p is the constraint's residual as PressureCoupling::residual gives
-    /// it, x_p in Pa; guesses are of no use.
+    /// it, x_p in Pa; live solves start from the combination of the least residual, others from
+    /// zero.
     virtual LinearReport solve(Vec b, Vec b_p, Vec x, Vec x_p, const LinearControls& controls,
-                               std::span<const Vec> guesses = {}) = 0;
+                               std::span<const Unknowns> guesses = {}) = 0;
     static constexpr int max_guesses = 2;
 
     /// After `krylov()` was run from outside, on A x = b: if its preconditioner was too poor and

@@ -38,8 +38,8 @@ int rank_count(MPI_Comm comm) {
 }  // namespace
 
 LiveSolver::LiveSolver(const DistributedHierarchy& mesh, const ElasticModel& model,
-                       const SolverOptions& options, ThreadTeam& team)
-    : DisplacementSolver(mesh, Role::solver, team), constraints_(mesh.hierarchy) {
+                       const SolverOptions& options, Role role, ThreadTeam& team)
+    : DisplacementSolver(mesh, role, team), constraints_(mesh.hierarchy) {
     if (const std::string reason = why_not_live(model, mesh.hierarchy, rank_count(mesh.comm));
         !reason.empty())
         fail("solver.kind = live: {}", reason);
@@ -60,14 +60,14 @@ LiveSolver::LiveSolver(const DistributedHierarchy& mesh, const ElasticModel& mod
     const int steps = options.smoothing_steps > 0 ? options.smoothing_steps : 1;
     multigrid_ =
         std::make_unique<SinglePrecisionMultigrid>(std::move(levels), std::move(maps), steps, team);
-    if (is_quadratic || !fine().has_frozen_force())
+    if (is_quadratic || !fine().has_frozen_force())  // always in the mixed form
         fine_ = std::make_unique<MatrixFreeOperator>(fine(), team);
     if (is_quadratic)
         quadratic_ = std::make_unique<QuadraticCycle>(*fine_, *levels_[1], *multigrid_,
                                                       mesh.hierarchy.transfers[0], steps, team);
     make_shell(mesh.comm);
     make_krylov(mesh.comm, ErrorEstimate::from_steps);
-    watch_curvature(&is_curved_down_);
+    if (role == Role::solver) watch_curvature(&is_curved_down_);
 }
 
 void LiveSolver::make_shell(MPI_Comm comm) {
@@ -118,7 +118,7 @@ RenewalExtent LiveSolver::renew(const Configuration& at, const OperatorTerms& te
                                 RenewalExtent wanted) {
     const double s = terms.whole_stiffness(), m = terms.mass;
     if (fine_) fine_->update(*at.rotations, s, m);
-    if (fine_ && terms.tangent == Tangent::positive) fine_->take(Tangent::frozen_rotation);
+    if (terms.tangent == Tangent::positive) take_positive();
     return quadratic_ ? quadratic_->update(*at.rotations, s, m, wanted)
                       : multigrid_->update(*at.rotations, s, m, wanted);
 }
@@ -132,6 +132,21 @@ void LiveSolver::multiply(std::span<const double> x, std::span<double> y) {
     if (fine_->tangent() == Tangent::exact &&
         std::inner_product(x.begin(), x.end(), y.begin(), 0.0) < 0)
         is_curved_down_ = true;
+}
+
+void LiveSolver::multiply_mixed(MatrixFreeCoupling& coupling, std::span<const double> x,
+                                std::span<const double> q, std::span<double> y,
+                                std::span<double> g) {
+    const auto free = fine_->free(), shift = fine_->shift();
+    if (takes_law()) {
+        coupling.multiply(fine_->stiffness_factor(), x, q, y, g);
+        fine_->over_components([&](std::size_t i) { y[i] = free[i] * (y[i] + shift[i] * x[i]); });
+        return;
+    }
+    coupling.multiply(0, x, q, y, g);
+    positive_.resize(y.size());
+    fine_->multiply(x, positive_);
+    fine_->over_components([&](std::size_t i) { y[i] = free[i] * y[i] + positive_[i]; });
 }
 
 void LiveSolver::cycle(std::span<const double> r, std::span<double> z) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "solvers/assembly/matrix_free_coupling.hpp"
 #include "solvers/linear/coarse_constraints.hpp"
 #include "solvers/linear/displacement_solver.hpp"
 #include "solvers/linear/matrix_free_operator.hpp"
@@ -15,11 +16,14 @@ namespace livetet {
 /// it is the law's tangent, without a matrix, and the multigrid is that of Hooke's law turned by
 /// the rotation of each tet; where the tangent is not positive, solves go on with Hooke's law in
 /// its place. For tets of ten nodes, the multigrid is that of the same tets with four.
+///
+/// In the mixed form (role `preconditioner`) it is the cycle alone, and multiply_mixed the product
+/// of the whole operator; SaddlePointSolver has the rest.
 class LiveSolver : public DisplacementSolver {
   public:
     /// Throws Error where it cannot take the mesh or the model (see why_not_live).
     LiveSolver(const DistributedHierarchy& mesh, const ElasticModel& model,
-               const SolverOptions& options, ThreadTeam& team);
+               const SolverOptions& options, Role role, ThreadTeam& team);
 
     SolverKind kind() const override { return SolverKind::live; }
     std::string preconditioner_name() const override;
@@ -32,6 +36,15 @@ class LiveSolver : public DisplacementSolver {
     /// The frame's operator and its preconditioner, on the displacements' components.
     void multiply(std::span<const double> x, std::span<double> y);
     void cycle(std::span<const double> r, std::span<double> z);
+    /// {y, g} = [K B^T; B 0] {x, q}, K with mass and springs; see MatrixFreeCoupling.
+    void multiply_mixed(MatrixFreeCoupling& coupling, std::span<const double> x,
+                        std::span<const double> q, std::span<double> y, std::span<double> g);
+
+    /// Products take Hooke's K until the next renewal.
+    void take_positive() {
+        if (fine_) fine_->take(Tangent::frozen_rotation);
+    }
+    bool takes_law() const { return fine_ && fine_->tangent() == Tangent::exact; }
 
   private:
     RenewalExtent renew(const Configuration& at, const OperatorTerms& terms,
@@ -47,7 +60,8 @@ class LiveSolver : public DisplacementSolver {
     std::unique_ptr<MatrixFreeOperator> fine_;   ///< null: the multigrid's
     std::unique_ptr<QuadraticCycle> quadratic_;  ///< null: tets of four nodes
     PetscHandle<Mat> shell_;
-    bool is_curved_down_ = false;  ///< a product of the law's tangent showed negative curvature
+    std::vector<double> positive_;  ///< mixed form: Hooke's products
+    bool is_curved_down_ = false;   ///< a product of the law's tangent showed negative curvature
 };
 
 }  // namespace livetet

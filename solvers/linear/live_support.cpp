@@ -10,8 +10,6 @@ std::string why_not_live(const ElasticModel& model, const MeshHierarchy& hierarc
     constexpr std::size_t max_coarsest_nodes = SinglePrecisionMultigrid::max_coarsest_nodes;
     constexpr double max_contrast = SinglePrecisionMultigrid::max_contrast;
     if (ranks > 1) return fmt::format("found {} ranks, expected one", ranks);
-    if (resolved_formulation(model) == Formulation::mixed)
-        return "found the mixed form, expected the displacement form (formulation: displacement)";
     if (const double contrast = contrast_of(model.materials); contrast > max_contrast)
         return fmt::format("found Young's moduli a factor of {:.3g} apart, expected at most {:g}",
                            contrast, max_contrast);

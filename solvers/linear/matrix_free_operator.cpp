@@ -15,8 +15,9 @@ template <int nodes>
 std::vector<float> diagonal_stiffness(const LevelAssembler& level) {
     using Shape = TetShape<nodes>;
     std::vector<float> diagonal(level.share().nodes.size(), 0.0F);
-    for (std::size_t e = 0; e < level.share().tets.size(); ++e) {
-        const TetElement element = level.element(e);
+    const std::vector<TetElement> elements = level.elements();
+    for (std::size_t e = 0; e < elements.size(); ++e) {
+        const TetElement& element = elements[e];
         const double modulus = (element.lambda + 4 * element.mu) / 3;
         for (int point = 0; point < Shape::points; ++point) {
             const auto g = Shape::gradients(element, point);

@@ -67,6 +67,9 @@ class MatrixFreeOperator {
     /// 0 where a component is constrained, else 1.
     std::span<const float> free() const { return free_; }
     std::size_t components() const { return free_.size(); }
+    /// s, and the diagonal m M + springs of each component.
+    double stiffness_factor() const { return s_; }
+    std::span<const float> shift() const { return shift_; }
 
     /// What a product moves at least, bytes.
     double bytes_of_multiply() const;

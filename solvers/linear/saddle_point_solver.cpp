@@ -1,5 +1,9 @@
 #include "solvers/linear/saddle_point_solver.hpp"
 
+#include <algorithm>
+#include <cmath>
+
+#include "solvers/linear/live_saddle_point.hpp"
 #include "solvers/linear/unknown_parts.hpp"
 
 namespace livetet {
@@ -25,8 +29,10 @@ void configure_schur_inverse(PC pc) {
 
 }  // namespace
 
-SaddlePointSolver::SaddlePointSolver(std::unique_ptr<DisplacementSolver> inner)
-    : LinearSolver(inner->tet_count()), inner_(std::move(inner)) {
+SaddlePointSolver::SaddlePointSolver(std::unique_ptr<DisplacementSolver> inner, ThreadTeam& team)
+    : LinearSolver(inner->tet_count()),
+      inner_(std::move(inner)),
+      stopping_(team, ErrorEstimate::none) {
     {
         const HeapMeter meter(&costs_.pressures);
         coupling_ = std::make_unique<PressureCoupling>(fine());
@@ -34,14 +40,21 @@ SaddlePointSolver::SaddlePointSolver(std::unique_ptr<DisplacementSolver> inner)
     const HeapMeter meter(&costs_.preconditioner);
     MPI_Comm comm = fine().share().comm;
     LIVETET_PETSC(MatCreateTranspose(coupling_->b(), b_transposed_.out()));
-    Mat blocks[4] = {fine().matrix(), b_transposed_.get(), coupling_->b(), coupling_->minus_c()};
+    Mat blocks[4] = {inner_->inner_matrix(), b_transposed_.get(), coupling_->b(),
+                     coupling_->minus_c()};
     LIVETET_PETSC(MatCreateNest(comm, 2, nullptr, 2, nullptr, blocks, matrix_.out()));
     IS fields[2] = {nullptr, nullptr};
     LIVETET_PETSC(MatNestGetISs(matrix_.get(), fields, nullptr));
     fields_ = {fields[0], fields[1]};
     LIVETET_PETSC(MatCreateVecs(matrix_.get(), x_.out(), b_.out()));
+    if (auto* live = dynamic_cast<LiveSolver*>(inner_.get())) {
+        live_ = std::make_unique<LiveSaddlePoint>(*live, *coupling_->matrix_free(), matrix_.get(),
+                                                  coupling_->minus_c(), coupling_->scale());
+    }
     make_krylov(comm);
 }
+
+SaddlePointSolver::~SaddlePointSolver() = default;
 
 void SaddlePointSolver::make_krylov(MPI_Comm comm) {
     read_user_tolerances();
@@ -49,7 +62,8 @@ void SaddlePointSolver::make_krylov(MPI_Comm comm) {
     KSP ksp = krylov_.get();
     LIVETET_PETSC(KSPSetType(ksp, KSPFGMRES));
     LIVETET_PETSC(KSPGMRESSetRestart(ksp, 60));
-    LIVETET_PETSC(KSPSetOperators(ksp, matrix_.get(), matrix_.get()));
+    LIVETET_PETSC(KSPSetOperators(ksp, live_ ? live_->matrix() : matrix_.get(), matrix_.get()));
+    stopping_.install(ksp);
     PC pc = nullptr;
     LIVETET_PETSC(KSPGetPC(ksp, &pc));
     LIVETET_PETSC(PCSetType(pc, PCFIELDSPLIT));
@@ -95,36 +109,70 @@ void SaddlePointSolver::set_springs(std::span<const double> stiffness) {
 }
 
 RenewalExtent SaddlePointSolver::renew(const Configuration& at, const OperatorTerms& terms,
-                                       RenewalExtent /*wanted*/) {
-    inner_->renew_operators(at, terms);
+                                       RenewalExtent wanted) {
+    const RenewalExtent renewed = inner_->renew_operators(at, terms, wanted);
     coupling_->assemble(at);
     LIVETET_PETSC(MatAssemblyBegin(matrix_.get(), MAT_FINAL_ASSEMBLY));
     LIVETET_PETSC(MatAssemblyEnd(matrix_.get(), MAT_FINAL_ASSEMBLY));
     if (!is_connected_) connect_inner();
-    return RenewalExtent::whole;
+    return renewed;
 }
 
 LinearReport SaddlePointSolver::solve(Vec b_u, Vec b_p, Vec x_u, Vec x_p,
                                       const LinearControls& controls,
-                                      std::span<const Vec> /*guesses*/) {
-    (void)set_tolerances(controls);
+                                      std::span<const Unknowns> guesses) {
+    const LinearControls asked = set_tolerances(controls);
     {
         const UnknownParts b(*this, b_.get());
         LIVETET_PETSC(VecCopy(b_u, b.u));
         LIVETET_PETSC(VecCopy(b_p, b.p));
         LIVETET_PETSC(VecScale(b.p, -1));  // B du - C dp = -g
     }
-    LIVETET_PETSC(VecSet(x_.get(), 0));
-    LIVETET_PETSC(KSPSolve(krylov_.get(), b_.get(), x_.get()));
+    LinearReport report;
+    PetscReal size = 0;
+    LIVETET_PETSC(VecNorm(b_.get(), NORM_2, &size));
+    const double allowed = std::max(asked.relative_tolerance * size, user_residual_);
+    const int iterations =
+        live_ ? run_live(asked, allowed, guesses) : run(b_.get(), asked, allowed);
+    finish_report(krylov_.get(), report);
+    report.iterations = iterations;
+    if (live_) report.error = error_of(report.residual, size);
     {
         const UnknownParts x(*this, x_.get());
         LIVETET_PETSC(VecCopy(x.u, x_u));
         LIVETET_PETSC(VecCopy(x.p, x_p));
         LIVETET_PETSC(VecScale(x_p, coupling_->scale()));
     }
-    LinearReport report;
-    finish_report(krylov_.get(), report);
     return report;
+}
+
+int SaddlePointSolver::run(Vec b, const LinearControls& controls, double allowed) {
+    PetscInt iterations = 0;
+    LIVETET_PETSC(VecSet(x_.get(), 0));
+    stopping_.begin(controls, allowed);
+    LIVETET_PETSC(KSPSolve(krylov_.get(), b, x_.get()));
+    (void)stopping_.end();
+    LIVETET_PETSC(KSPGetIterationNumber(krylov_.get(), &iterations));
+    return static_cast<int>(iterations);
+}
+
+int SaddlePointSolver::run_live(const LinearControls& asked, double allowed,
+                                std::span<const Unknowns> guesses) {
+    const bool started = !guesses.empty() && live_->start_from(guesses, b_.get());
+    int iterations = run(started ? live_->rest() : b_.get(), asked, allowed);
+    if (started) LIVETET_PETSC(VecAXPY(x_.get(), 1, live_->start()));
+    if (!live_->may_curve_down() || !live_->is_curved_down(ReadArray(x_.get()).span()))
+        return iterations;
+    live_->take_positive();
+    return iterations + run(b_.get(), asked, allowed);
+}
+
+double SaddlePointSolver::error_of(double residual, double size) {
+    if (size <= 0) return 0;
+    const UnknownParts x(*this, x_.get());
+    PetscReal length = 0;
+    LIVETET_PETSC(VecNorm(x.u, NORM_2, &length));
+    return length / std::sqrt(fine().share().owned) * residual / size;
 }
 
 SolverCosts SaddlePointSolver::costs() const {

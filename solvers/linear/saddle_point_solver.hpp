@@ -1,8 +1,11 @@
 #pragma once
 
 #include "solvers/linear/displacement_solver.hpp"
+#include "solvers/linear/stopping_test.hpp"
 
 namespace livetet {
+
+class LiveSaddlePoint;
 
 /// The mixed form's solver: FGMRES for [K B^T; B -C] (see PressureCoupling), preconditioned by the
 /// block triangle
@@ -12,10 +15,15 @@ namespace livetet {
 /// inner solver's preconditioner. K holds no volumetric stiffness, so that it is as well
 /// conditioned as at a Poisson's ratio of zero. The iterations stay bounded up to nu = 1/2 (Elman,
 /// Silvester and Wathen 2014, chapter 4).
+///
+/// Around a LiveSolver no block but C is a matrix (see LiveSaddlePoint); solves start from earlier
+/// increments and keep a deadline, and where the law's tangent has negative curvature along what
+/// was found, Hooke's law takes its place.
 class SaddlePointSolver : public LinearSolver {
   public:
-    /// `inner`: of role `preconditioner`.
-    explicit SaddlePointSolver(std::unique_ptr<DisplacementSolver> inner);
+    /// `inner`: of role `preconditioner`. `team` must outlive this.
+    SaddlePointSolver(std::unique_ptr<DisplacementSolver> inner, ThreadTeam& team);
+    ~SaddlePointSolver() override;
 
     LevelAssembler& fine() override { return inner_->fine(); }
     SolverKind kind() const override { return inner_->kind(); }
@@ -25,7 +33,7 @@ class SaddlePointSolver : public LinearSolver {
     void set_springs(std::span<const double> stiffness) override;
     void find_mass() override { inner_->find_mass(); }
     LinearReport solve(Vec b, Vec b_p, Vec x, Vec x_p, const LinearControls& controls,
-                       std::span<const Vec> guesses) override;
+                       std::span<const Unknowns> guesses) override;
     Mat matrix() const override { return matrix_.get(); }
     UnknownFields fields() const override { return fields_; }
     PressureCoupling* coupling() const override { return coupling_.get(); }
@@ -41,6 +49,14 @@ class SaddlePointSolver : public LinearSolver {
     /// matrix is assembled.
     void connect_inner();
 
+    /// One run of the Krylov solver from x_ = 0; returns its iterations.
+    int run(Vec b, const LinearControls& controls, double allowed);
+    /// The same around a LiveSolver, of A x = b_, from guesses where they are of use.
+    int run_live(const LinearControls& asked, double allowed, std::span<const Unknowns> guesses);
+    /// An estimate of the error of x_, m, RMS over the nodes: its length times the share of the
+    /// right-hand side that is left.
+    double error_of(double residual, double size);
+
     std::unique_ptr<DisplacementSolver> inner_;
     std::unique_ptr<PressureCoupling> coupling_;
     PetscHandle<Mat> b_transposed_, matrix_;
@@ -48,6 +64,8 @@ class SaddlePointSolver : public LinearSolver {
     PetscHandle<KSP> krylov_;
     PetscHandle<Vec> b_, x_;
     bool is_connected_ = false;
+    StoppingTest stopping_;
+    std::unique_ptr<LiveSaddlePoint> live_;  ///< null: not around a LiveSolver
 };
 
 }  // namespace livetet

@@ -75,7 +75,7 @@ StepReport FrameStepper::advance(const FrameControls& controls) {
             report.converged && (linear.converged || (linear.cut_short && may_end_early));
         report.linear_residual = imbalance > 0 ? linear.residual / imbalance : 0;
         ++report.newton_iterations;
-        if (k == 0) history_.push(du_.get());
+        if (k == 0) history_.push(du_.get(), dp_.get());
         if (k == 0) {
             apply_first();
             if (!single) {  // a frame of one iteration does not need the residual after it
@@ -153,7 +153,7 @@ FrameStepper::Solved FrameStepper::solve_once(const FrameControls& controls,
     const LinearReport linear =
         solver_.solve(balance_.residual(), balance_.volume_residual(), du_.get(), dp_.get(),
                       {controls.linear_tolerance, max_iterations, controls.deadline},
-                      first ? history_.guesses() : std::span<const Vec>{});
+                      first ? history_.guesses() : std::span<const Unknowns>{});
     report.solve_s += watch.lap();
     report.iterations += linear.iterations;
     if (report.newton_iterations < max_recorded_solves)

@@ -213,7 +213,7 @@ bool NewtonSolver::predict() {
         positive_steps_ = 2;
     }
     ++report_.newton_iterations;
-    history_.push(du_.get());
+    history_.push(du_.get(), dp_.get());
     LIVETET_PETSC(VecAXPY(state_.u.get(), 1, du_.get()));
     if (state_.p) LIVETET_PETSC(VecAXPY(state_.p.get(), 1, dp_.get()));
     if (moves) LIVETET_PETSC(VecAXPY(state_.u.get(), 1, prescribed_.increment()));

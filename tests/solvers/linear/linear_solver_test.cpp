@@ -60,7 +60,7 @@ class LinearSolverTest : public testing::TestWithParam<Kind> {
         }
     }
     LinearReport assemble_and_solve(const LinearControls& controls,
-                                    std::span<const Vec> guesses = {}) {
+                                    std::span<const Unknowns> guesses = {}) {
         solver->assemble({u.get(), p.get(), &rotations}, {});
         solver->set_up_preconditioner();
         return solver->solve(b.get(), b_p.get(), x.get(), x_p.get(), controls, guesses);
@@ -101,7 +101,7 @@ TEST_P(LinearSolverTest, AGuessThatIsTheAnswerLeavesNothingToDo) {
     const int plain = assemble_and_solve({.relative_tolerance = 1e-5}).iterations;
     const PetscHandle<Vec> answer = make_vector(solver->fine().share());
     LIVETET_PETSC(VecCopy(x.get(), answer.get()));
-    const Vec guesses[] = {answer.get()};
+    const Unknowns guesses[] = {{answer.get(), nullptr}};
     const LinearReport report = assemble_and_solve({.relative_tolerance = 1e-4}, guesses);
     EXPECT_TRUE(report.converged);
     EXPECT_LE(report.iterations, 2);

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "solvers/linear/live_solver.hpp"
+
+namespace livetet {
+
+/// What live frames of the mixed form have beside a SaddlePointSolver's blocks: products of the
+/// whole operator, in one pass over the tets, and a start from earlier increments.
+class LiveSaddlePoint {
+  public:
+    /// All must outlive this. `blocks`: the nest of [K B^T; B -C], of whose vectors products are
+    /// taken; `minus_c`: its last block; `scale`: see PressureCoupling.
+    LiveSaddlePoint(LiveSolver& inner, MatrixFreeCoupling& coupling, Mat blocks, Mat minus_c,
+                    double scale);
+
+    /// [K B^T; B -C].
+    Mat matrix() const { return matrix_.get(); }
+
+    /// start() = the combination of `guesses` whose residual b - A x has the least norm, rest() =
+    /// that residual. Whether it is of use.
+    bool start_from(std::span<const Unknowns> guesses, Vec b);
+    Vec start() const { return start_.get(); }
+    Vec rest() const { return rest_.get(); }
+
+    /// Whether products are of a law whose tangent need not be positive.
+    bool may_curve_down() const { return inner_.takes_law() && !inner_.fine().has_hooke_batches(); }
+    /// Whether the law's tangent has negative curvature along x, displacements and pressures: then
+    /// x may lead uphill.
+    bool is_curved_down(std::span<const double> x);
+    /// From now to the next renewal, K is Hooke's law turned by each tet, which is positive.
+    void take_positive() { inner_.take_positive(); }
+
+  private:
+    static constexpr int max_guesses = LinearSolver::max_guesses;
+    void multiply(std::span<const double> x, std::span<double> y);
+
+    LiveSolver& inner_;
+    MatrixFreeCoupling& coupling_;
+    Mat minus_c_;
+    double scale_;
+    std::size_t displacements_;  ///< components; pressures stand behind
+    PetscHandle<Mat> matrix_;
+    PetscHandle<Vec> q_, cq_;  ///< pressures of x, and -C times them
+    PetscHandle<Vec> start_, rest_, guesses_[max_guesses], images_[max_guesses];
+    std::vector<double> zero_, image_;
+};
+
+}  // namespace livetet
