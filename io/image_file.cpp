@@ -8,15 +8,25 @@
 
 #include "base/file.hpp"
 #include "image/label_map.hpp"
+#include "io/dicom_name.hpp"
 #include "io/itk_volume.hpp"
 #include "io/nifti.hpp"
 #include "io/text.hpp"
+#ifdef LIVETET_IMAGES
+#include "io/dicom_volume.hpp"
+#endif
 
 namespace livetet {
 
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Whether it names a NRRD or MetaImage.
+bool is_header_name(const fs::path& path) {
+    const std::string end = ending(path);
+    return end == ".nrrd" || end == ".nhdr" || end == ".mha" || end == ".mhd";
+}
 
 bool is_nifti(const fs::path& path) { return ending(path) == ".nii" || ending(path) == ".nii.gz"; }
 
@@ -99,14 +109,20 @@ void write_as(ScalarType type, const fs::path& path, const Image<T>& image) {
 }  // namespace
 
 bool is_image_name(const fs::path& path) {
-    const std::string end = ending(path);
-    return is_nifti(path) || end == ".nrrd" || end == ".nhdr" || end == ".mha" || end == ".mhd";
+    return is_nifti(path) || is_header_name(path) || dicom_name(path).has_value();
 }
 
 std::optional<std::string> content_digest(const fs::path& path) {
+#ifdef LIVETET_IMAGES
+    if (const auto dicom = dicom_name(path)) {
+        std::string of_files = dicom->choice;
+        for (const fs::path& file : dicom_files(*dicom)) of_files += digest(read_text_file(file));
+        return of_files;
+    }
+#endif
     std::string of_file = digest(read_text_file(path));
 #ifdef LIVETET_IMAGES
-    if (is_image_name(path) && !is_nifti(path)) {
+    if (is_header_name(path)) {
         const std::optional<fs::path> voxels = itk_voxel_file(path);
         if (!voxels) return {};
         if (*voxels != path) of_file += digest(read_text_file(*voxels));
@@ -118,8 +134,7 @@ std::optional<std::string> content_digest(const fs::path& path) {
 std::optional<fs::path> named_voxel_file([[maybe_unused]] const fs::path& path) {
 #ifdef LIVETET_IMAGES
     try {
-        std::optional<fs::path> voxels =
-            is_image_name(path) && !is_nifti(path) ? itk_voxel_file(path) : std::nullopt;
+        std::optional<fs::path> voxels = is_header_name(path) ? itk_voxel_file(path) : std::nullopt;
         if (voxels && *voxels != path) return voxels;
     } catch (const Error&) {  // the reader reports the error
     }
@@ -129,6 +144,7 @@ std::optional<fs::path> named_voxel_file([[maybe_unused]] const fs::path& path) 
 
 Volume read_volume(const fs::path& path) {
 #ifdef LIVETET_IMAGES
+    if (const auto dicom = dicom_name(path)) return read_dicom_volume(*dicom);
     if (!is_nifti(path)) return read_itk_volume(path);
 #else
     if (is_image_name(path) && !is_nifti(path))

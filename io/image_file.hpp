@@ -16,11 +16,13 @@ class NotALabel : public Error {
     using Error::Error;
 };
 
-/// Whether the path has the extension of an image file: .nii, .nii.gz, .nrrd, .nhdr, .mha or .mhd.
+/// Whether the path names an image: by the extension .nii, .nii.gz, .nrrd, .nhdr, .mha or .mhd, or
+/// as DICOM (see dicom_name).
 bool is_image_name(const std::filesystem::path& path);
 
-/// Digest of a file's bytes and, if it is an image header, of the file with its voxels. None if the
-/// voxels are in several files. Throws Error as a reader of the header does.
+/// Digest of a file's bytes and, if it is an image header, of the file with its voxels; of DICOM,
+/// of all files of the series. None if the voxels of an image header are in several files. Throws
+/// Error as a reader of the header does.
 std::optional<std::string> content_digest(const std::filesystem::path& path);
 
 /// The file that an image header names for its voxels; none if they are in the same file, in
@@ -35,10 +37,14 @@ std::optional<std::filesystem::path> named_voxel_file(const std::filesystem::pat
 ///   layer. `space` may be RAS, LAS or LPS; without it the axes are LPS, as in ITK.
 /// - MetaImage (.mha, .mhd with its data file; compressed or not): LPS, axes by TransformMatrix
 ///   (row i: axis i). AnatomicalOrientation is ignored, as in ITK and Slicer.
+/// - DICOM: a folder, a file of a series, a multi-frame image, or a segmentation, whose labels are
+///   its segments' numbers; a series or segments may be chosen after a '#' (see DicomName).
 ///
 /// Throws Error if the file is missing, truncated or damaged, has more or less data than its header
 /// states, has another extension, more than three dimensions, several values a voxel, no spacing
-/// (NRRD, MetaImage), a singular affine, or a voxel that is not finite. A build without images
+/// (NRRD, MetaImage), a singular affine, or a voxel that is not finite; for DICOM also if a folder
+/// holds several series and none is chosen, if slices are missing, differ in size or orientation or
+/// are shifted by a gantry tilt, or if segments overlap and none are chosen. A build without images
 /// reads NIfTI only.
 GreyImage read_grey_image(const std::filesystem::path& path);
 

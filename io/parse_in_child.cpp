@@ -36,11 +36,17 @@ std::vector<char> parse_in_child(const std::filesystem::path& path, const std::s
     std::error_code ignored;
     const std::uintmax_t size = std::filesystem::file_size(path, ignored);
     if (ignored) fail("{}: no such file", path.string());
-    const double enough_s = 5 + 2e-6 * static_cast<double>(size),
+    return parse_in_child(path, size, who, parse);
+}
+
+std::vector<char> parse_in_child(const std::filesystem::path& path, std::uintmax_t bytes,
+                                 const std::string& who,
+                                 const std::function<std::vector<char>()>& parse) {
+    const double enough_s = 5 + 2e-6 * static_cast<double>(bytes),
                  time_limit_s = 20 * enough_s;  // generous, for a busy machine
     const auto work = [&](int descriptor) {
         limit_processor_time(enough_s);
-        limit_memory((std::uint64_t(2) << 30) + 100 * size);
+        limit_memory((std::uint64_t(2) << 30) + 100 * bytes);
         return answer(descriptor, parse);
     };
     ChildResult child = run_in_child(work, time_limit_s);

@@ -15,4 +15,9 @@ namespace livetet {
 std::vector<char> parse_in_child(const std::filesystem::path& path, const std::string& who,
                                  const std::function<std::vector<char>()>& parse);
 
+/// The same for a parser that reads several files, of `bytes` in all.
+std::vector<char> parse_in_child(const std::filesystem::path& path, std::uintmax_t bytes,
+                                 const std::string& who,
+                                 const std::function<std::vector<char>()>& parse);
+
 }  // namespace livetet

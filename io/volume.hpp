@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,7 @@ struct Volume {
     ScalarType type = ScalarType::uint8;
     std::vector<char> bytes;
     double slope = 1, intercept = 0;
+    std::map<std::int32_t, std::string> label_names{};  ///< of a segmentation that names them
 };
 
 /// Throws Error, naming the file `where` and its field `source`, if an affine (metres) is singular.

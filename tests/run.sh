@@ -3,16 +3,16 @@
 preset=ci
 source "$(dirname "$0")/../apps/setup.sh"
 
-say "unit tests under the address and undefined behaviour sanitizers, configured without VTK, ITK and CGAL"
+say "unit tests under the address and undefined behaviour sanitizers, configured without VTK, ITK, GDCM and CGAL"
 cmake -S "$root" -B "$build-dev" --preset dev -DLIVETET_IMAGES=OFF -DLIVETET_BENCHMARKS=OFF >/dev/null
 cmake --build "$build-dev" --target tests_src tests_io_openigtlink
 ctest --test-dir "$build-dev" --output-on-failure -R '^(src|io_openigtlink)$'
 
-say "the variant without VTK, ITK and CGAL, for machines that only solve"
+say "the variant without VTK, ITK, GDCM and CGAL, for machines that only solve"
 cmake --build "$build" --target livetet_lean
 "$build/apps/livetet_lean" scene >/dev/null
-if ldd "$build/apps/livetet_lean" | grep -qE 'libvtk|libITK|libgmsh'; then
-    echo "the variant without images links VTK, ITK or Gmsh" >&2
+if ldd "$build/apps/livetet_lean" | grep -qE 'libvtk|libITK|libgdcm|libgmsh'; then
+    echo "the variant without images links VTK, ITK, GDCM or Gmsh" >&2
     exit 1
 fi
 

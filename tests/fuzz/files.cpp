@@ -31,6 +31,7 @@
 
 #include <gtest/gtest.h>
 
+#include "io/dicom_writer.hpp"
 #include "io/meshes.hpp"
 
 namespace livetet::fuzz {
@@ -193,6 +194,15 @@ std::function<std::vector<Bytes>()> header_of_voxels(std::string header) {
     return [header = std::move(header)] {
         write_text_file(folder() / "voxels.raw", std::string(24, '\1'));
         return std::vector<Bytes>{bytes_of_text(header)};
+    };
+}
+
+/// A valid DICOM file. It is not kept, as a reader looks for slices beside its input.
+std::function<std::vector<Bytes>()> dicom_seeds(Writer write) {
+    return [write = std::move(write)] {
+        std::vector<Bytes> seeds = written(".dcm", write)();
+        fs::remove(folder() / "good.dcm");
+        return seeds;
     };
 }
 
@@ -443,6 +453,15 @@ std::vector<Target> image_targets() {
         target(
             "meta_image", ".mha", [](const fs::path& p) { read_grey_image(p); },
             texts({with_voxels(meta_image)})),
+        target(
+            "dicom", ".dcm", [](const fs::path& p) { read_grey_image(p); },
+            dicom_seeds([](const fs::path& p) { testing_dicom::write_slice(p, {}); })),
+        target(
+            "dicom_segmentation", ".dcm", [](const fs::path& p) { read_label_image(p); },
+            dicom_seeds([](const fs::path& p) {
+                testing_dicom::write_segmentation(
+                    p, {.frames = {{1, 30, std::string(12, '\1')}, {2, 36}}});
+            })),
         target(
             "nrrd_header", ".nhdr", [](const fs::path& p) { read_grey_image(p); },
             header_of_voxels(

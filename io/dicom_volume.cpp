@@ -1,0 +1,221 @@
+#include "io/dicom_volume.hpp"
+
+#include <gdcmTrace.h>
+
+#include <cstring>
+#include <exception>
+#include <type_traits>
+
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "io/dicom_pixels.hpp"
+#include "io/dicom_segmentation.hpp"
+#include "io/dicom_series.hpp"
+#include "io/parse_in_child.hpp"
+
+namespace livetet {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Slices of one series, or the frames of one object, as a volume.
+Volume image_of(std::span<const dicom::Object> objects, const std::string& where) {
+    std::vector<dicom::Plane> planes;
+    std::vector<dicom::Scale> scales;
+    std::vector<dicom::PixelFormat> formats;
+    std::vector<std::pair<const dicom::Object*, int>> frames;  ///< object and frame of each plane
+    for (const dicom::Object& object : objects) {
+        const dicom::PixelFormat format = pixel_format(object);
+        const dicom::Frames of_object = read_frames(object);
+        for (int n = 0; n < object.frames; ++n) {
+            planes.push_back(of_object.planes[n]);
+            scales.push_back(of_object.scales[n]);
+            formats.push_back(format);
+            frames.emplace_back(&object, n);
+        }
+    }
+    const dicom::Stack stack = stack_image(planes, where);
+    std::vector<std::size_t> plane_of_slice(planes.size());
+    for (std::size_t p = 0; p < planes.size(); ++p) plane_of_slice[stack.slice_of_plane[p]] = p;
+
+    Volume volume;
+    volume.size = stack.grid.size;
+    volume.ras_from_voxel = stack.grid.ras_from_voxel;
+    volume.type = dicom::type_for(formats, scales);
+    std::optional<dicom::Pixels> pixels;  // of the object of the slice before
+    const dicom::Object* read = nullptr;
+    std::vector<double> values;
+    for (const std::size_t p : plane_of_slice) {
+        const auto [object, frame] = frames[p];
+        if (object != read) pixels.emplace(*object);
+        read = object;
+        pixels->read(frame, values);
+        append_values(values, scales[p], volume.type, volume.bytes);
+    }
+    return volume;
+}
+
+/// What a child process passes on: the voxels, then numbers and names, then the length of these.
+class Packer {
+  public:
+    explicit Packer(std::vector<char> bytes) : bytes_(std::move(bytes)), voxels_(bytes_.size()) {}
+
+    template <class T>
+    void put(const T& value) {
+        static_assert(std::is_trivially_copyable_v<T>);
+        const auto* first = reinterpret_cast<const char*>(&value);
+        bytes_.insert(bytes_.end(), first, first + sizeof value);
+    }
+    void put_text(const std::string& text) {
+        put(text.size());
+        bytes_.insert(bytes_.end(), text.begin(), text.end());
+    }
+    std::vector<char> packed() {
+        put(bytes_.size() - voxels_);
+        return std::move(bytes_);
+    }
+
+  private:
+    std::vector<char> bytes_;
+    std::size_t voxels_;
+};
+
+/// Reads what a Packer has put, in the same order.
+class Unpacker {
+  public:
+    explicit Unpacker(std::vector<char> bytes) : bytes_(std::move(bytes)) {
+        std::size_t length = 0;
+        at_ = bytes_.size() - sizeof length;
+        get(length);
+        at_ = voxels_ = bytes_.size() - sizeof length - length;
+    }
+
+    template <class T>
+    void get(T& value) {
+        std::memcpy(&value, bytes_.data() + at_, sizeof value);
+        at_ += sizeof value;
+    }
+    std::string get_text() {
+        std::size_t length = 0;
+        get(length);
+        const std::string text(bytes_.data() + at_, length);
+        at_ += length;
+        return text;
+    }
+    std::vector<char> voxels() {
+        bytes_.resize(voxels_);
+        return std::move(bytes_);
+    }
+
+  private:
+    std::vector<char> bytes_;
+    std::size_t at_ = 0, voxels_ = 0;
+};
+
+std::vector<char> packed(Volume volume) {
+    Packer packer(std::move(volume.bytes));
+    packer.put(volume.size);
+    for (int i = 0; i < 16; ++i) packer.put(volume.ras_from_voxel(i % 4, i / 4));
+    packer.put(volume.type);
+    packer.put(volume.label_names.size());
+    for (const auto& [label, name] : volume.label_names) {
+        packer.put(label);
+        packer.put_text(name);
+    }
+    return packer.packed();
+}
+
+Volume unpacked_volume(std::vector<char> bytes) {
+    Unpacker unpacker(std::move(bytes));
+    Volume volume;
+    unpacker.get(volume.size);
+    for (int i = 0; i < 16; ++i) unpacker.get(volume.ras_from_voxel(i % 4, i / 4));
+    unpacker.get(volume.type);
+    std::size_t names = 0;
+    unpacker.get(names);
+    for (std::size_t n = 0; n < names; ++n) {
+        std::int32_t label = 0;
+        unpacker.get(label);
+        volume.label_names[label] = unpacker.get_text();
+    }
+    volume.bytes = unpacker.voxels();
+    return volume;
+}
+
+/// Bytes of the file, or of all files in the folder.
+std::uintmax_t bytes_at(const fs::path& place) {
+    std::error_code error;
+    if (!fs::is_directory(place, error)) {
+        check_is_file(place);
+        // Its series is read with it.
+        return bytes_at(place.has_parent_path() ? place.parent_path() : ".");
+    }
+    std::uintmax_t bytes = 0;
+    for (fs::directory_iterator entry(place, error), end; !error && entry != end;
+         entry.increment(error))
+        if (std::error_code ignored; entry->is_regular_file(ignored))
+            bytes += entry->file_size(ignored);
+    if (error) fail("{}: the folder cannot be read", place.string());
+    return bytes;
+}
+
+/// Calls `read` in a child process. GDCM's own messages, which may quote the file, are not passed
+/// on.
+std::vector<char> through_gdcm(const fs::path& place,
+                               const std::function<std::vector<char>()>& read) {
+    return parse_in_child(place, bytes_at(place), "GDCM", [&]() -> std::vector<char> {
+        gdcm::Trace::DebugOff();
+        gdcm::Trace::WarningOff();
+        gdcm::Trace::ErrorOff();
+        try {
+            return read();
+        } catch (const Error&) {
+            throw;
+        } catch (const std::bad_alloc&) {
+            fail("{}: needs more memory than files of its size should, is it damaged?",
+                 place.string());
+        } catch (const std::exception&) {
+            fail("{}: is damaged, expected DICOM", place.string());
+        }
+    });
+}
+
+}  // namespace
+
+Volume read_dicom_volume(const DicomName& name) {
+    return unpacked_volume(through_gdcm(name.place, [&] {
+        const std::vector<dicom::Object> objects = dicom::find_series(name);
+        const dicom::Object& first = objects.front();
+        if (first.is_segmentation()) {
+            std::error_code ignored;
+            const bool is_folder = fs::is_directory(name.place, ignored);  // '#' chose the series
+            return packed(read_segmentation(first, is_folder ? "" : name.choice));
+        }
+        if (!name.choice.empty() && fs::is_regular_file(name.place))
+            fail("{}: is no segmentation, expected no '#{}' after its name", name.place.string(),
+                 name.choice.substr(0, 64));
+        return packed(image_of(objects, name.place.string()));
+    }));
+}
+
+std::vector<fs::path> dicom_files(const DicomName& name) {
+    const std::vector<char> names = through_gdcm(name.place, [&] {
+        std::vector<char> text;
+        for (const dicom::Object& object : dicom::find_series(name)) {
+            const std::string file = object.file.string();
+            text.insert(text.end(), file.begin(), file.end());
+            text.push_back('\0');
+        }
+        return text;
+    });
+    std::vector<fs::path> files;
+    for (auto at = names.begin(); at != names.end();) {
+        const auto end = std::find(at, names.end(), '\0');
+        files.emplace_back(std::string(at, end));
+        at = end + 1;
+    }
+    return files;
+}
+
+}  // namespace livetet
