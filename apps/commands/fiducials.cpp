@@ -79,7 +79,10 @@ void add_fiducials_command(CLI::App& app, ExitStatus& status) {
                                            "Finds fiducial markers in an image, spheres of a known "
                                            "diameter, to a fraction of a voxel");
     auto a = std::make_shared<FiducialsArguments>();
-    command->add_option("image", a->image, "grey image (.nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd)")
+    command
+        ->add_option(
+            "image", a->image,
+            "grey image (.nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd; DICOM: a file or a folder)")
         ->required();
     command
         ->add_option("--diameter-mm", a->diameter_mm,

@@ -10,6 +10,7 @@
 #include "apps/scene/outputs.hpp"
 #include "base/file.hpp"
 #include "image/mask_selection.hpp"
+#include "io/dicom_name.hpp"
 #include "io/hierarchy_file.hpp"
 #include "io/image_file.hpp"
 #include "io/surface_file.hpp"
@@ -48,7 +49,7 @@ std::string text_of(const nlohmann::json& json, int indent) {
 /// The mesh block and the options that it lacks, as given or by default.
 nlohmann::json requested(const MeshArguments& a) {
     MeshSource source = a.source;
-    source.file = source.file.filename();
+    source.file = image_filename(source.file);
     nlohmann::json json{{"mesh", to_yaml(source)},
                         {"min_dihedral_deg", a.options.min_dihedral_deg},
                         {"time_limit_s", a.options.gmsh_time_limit_s},
@@ -266,8 +267,8 @@ void add_mesh_command(CLI::App& app) {
     auto a = std::make_shared<MeshArguments>();
     command
         ->add_option("input", a->source.file,
-                     "image (.nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd), surface (.stl, .obj, .ply, "
-                     ".vtk, .vtp, .off), mesh "
+                     "image (.nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd; DICOM: a file or a folder), "
+                     "surface (.stl, .obj, .ply, .vtk, .vtp, .off), mesh "
                      "(.msh, .vtu, .vtk, .h5), or a scene (.yaml)")
         ->required();
     command->add_option("-o,--output", a->output, "hierarchy file to write (.h5)")->required();

@@ -11,6 +11,7 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "image/label_map.hpp"
+#include "io/dicom_name.hpp"
 #include "io/image_file.hpp"
 #include "io/surface_file.hpp"
 #include "meshing/interfaces.hpp"
@@ -39,14 +40,18 @@ void note_what_lies_apart(MeshedInput& meshed, double voxel_m3, const MeshSource
 constexpr const char* advice =
     "a grey image is meshed between thresholds: --threshold LOW:HIGH (in a scene mesh.threshold)";
 
-/// Reads a label map. If no labels were picked, refuses one that looks like a grey image.
-LabelImage labels_of(const MeshSource& source) {
+/// Reads a label map. If no labels were picked, refuses one that looks like a grey image. Notes the
+/// names of a segmentation's labels.
+LabelImage labels_of(const MeshSource& source, std::vector<std::string>& notes) {
     LabelImage image;
+    const Volume volume = read_volume(source.file);
     try {
-        image = read_label_image(source.file);
+        image = label_image(volume, source.file);
     } catch (const NotALabel& e) {
         fail("{}; {}", e.what(), advice);
     }
+    for (const auto& [label, name] : volume.label_names)
+        notes.push_back(fmt::format("label {} is the segment \"{}\"", label, name));
     if (!source.labels.empty()) return image;
     if (const std::string why = why_no_label_map(image); !why.empty())
         fail(
@@ -101,15 +106,15 @@ MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progres
     options.edge_lengths_mm = source.edge_lengths_mm;
     options.voxel_mm = source.voxel_mm;
     options.smoothing_mm = source.smoothing_mm;
-    std::string from = source.file.filename().string();
+    std::string from = image_filename(source.file).string();
     MeshedInput meshed;
     TriangleMesh surface;
     LabelImage labels;
     std::vector<std::string> image_notes;
     Materials materials;
     if (is_image_name(source.file)) {
-        labels =
-            source.threshold.empty() ? labels_of(source) : between_thresholds(source, image_notes);
+        labels = source.threshold.empty() ? labels_of(source, image_notes)
+                                          : between_thresholds(source, image_notes);
         if (progress) progress(0, "surface of the image");
         meshed.image =
             with_context(source.file.string(), [&] { return surface_of_labels(labels, options); });

@@ -38,7 +38,7 @@ void visit_fields(Visitor& v, MeshSource& m) {
     v.field(
         "file", m.file, "",
         "a hierarchy (.h5 of `livetet mesh`), a mesh (.msh, .vtu, .vtk), an image (.nii, .nii.gz, "
-        ".nrrd, .nhdr, .mha, .mhd), "
+        ".nrrd, .nhdr, .mha, .mhd; DICOM: a file or a folder), "
         "or a surface (.stl, .obj, .ply, .vtk, .vtp, .off)");
     v.choice("unit", m.unit, "length unit of a surface, .msh or .vtu file",
              {{LengthUnit::millimetre, "mm", "millimetres"}, {LengthUnit::metre, "m", "metres"}});

@@ -88,8 +88,8 @@ MeshKind kind_of(const std::filesystem::path& file) {
     if (!is_surface_name(file))
         fail(
             "{}: the name ends in '{}', expected an image (.nii, .nii.gz, .nrrd, .nhdr, .mha, "
-            ".mhd), a surface (.stl, .obj, .ply, .vtk, .vtp, .off) or a mesh (.msh, .vtu, .vtk, "
-            ".h5); 3D Slicer saves DICOM and other images as one of these",
+            ".mhd; DICOM: .dcm or a folder), a surface (.stl, .obj, .ply, .vtk, .vtp, .off) or a "
+            "mesh (.msh, .vtu, .vtk, .h5); 3D Slicer saves other images as one of these",
             file.string(), end);
 #endif
     return MeshKind::surface;

@@ -8,8 +8,8 @@
 
 namespace livetet {
 
-/// What a mesh is made from, by file name; for .vtk by the file's header. Throws Error for a name
-/// that is none of them.
+/// What a mesh is made from, by file name; for .vtk and DICOM by the file's header. Throws Error
+/// for a name that is none of them.
 enum class MeshKind { image, surface, tets, hierarchy };
 MeshKind kind_of(const std::filesystem::path& file);
 

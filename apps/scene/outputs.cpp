@@ -3,17 +3,34 @@
 #include "apps/scene/scene_files.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "io/dicom_name.hpp"
 #include "io/image_file.hpp"
 #include "io/text.hpp"
 
 namespace livetet {
+
+namespace {
+
+/// Whether `path` is a DICOM file in the folder of, or that is, the DICOM input `read`.
+bool is_slice_beside(const std::filesystem::path& path, const std::filesystem::path& read) {
+    const auto dicom = has_dicom_mark(path) ? dicom_name(read) : std::nullopt;
+    if (!dicom) return false;
+    std::error_code ignored;
+    const bool is_folder = std::filesystem::is_directory(dicom->place, ignored);
+    const std::filesystem::path folder = is_folder ? dicom->place : dicom->place.parent_path();
+    const auto or_here = [](const std::filesystem::path& p) { return p.empty() ? "." : p; };
+    return std::filesystem::equivalent(or_here(folder), or_here(path.parent_path()), ignored);
+}
+
+}  // namespace
 
 void refuse_to_overwrite(std::string_view name, const std::filesystem::path& path,
                          const std::set<std::filesystem::path>& files) {
     for (const std::filesystem::path& file : files) {
         const std::optional<std::filesystem::path> voxels =
             path.empty() ? std::nullopt : named_voxel_file(file);
-        if (same_file(path, file) || (voxels && same_file(path, *voxels)))
+        if (same_file(path, image_place(file)) || (voxels && same_file(path, *voxels)) ||
+            is_slice_beside(path, file))
             fail("{} {}: is read, or written besides, expected another file to write", name,
                  path.string());
     }

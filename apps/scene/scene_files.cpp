@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "base/error.hpp"
+#include "io/dicom_name.hpp"
 #include "io/image_file.hpp"
 
 namespace livetet {
@@ -36,7 +37,9 @@ std::string stamps_of(const std::set<std::filesystem::path>& files) {
     std::string text;
     for (const std::filesystem::path& path : files) {
         std::error_code error;
-        const auto size = std::filesystem::file_size(path, error);
+        const std::filesystem::path place = image_place(path);
+        const bool is_folder = std::filesystem::is_directory(place, error);
+        const auto size = is_folder ? 0 : std::filesystem::file_size(place, error);
         if (error) {
             text += fmt::format("{}: missing\n", path.string());
             continue;
@@ -47,7 +50,8 @@ std::string stamps_of(const std::set<std::filesystem::path>& files) {
                 "{}: its voxels are in several files, expected one file, whose changes can be "
                 "detected",
                 path.string());
-        text += fmt::format("{}: {} bytes, digest {}\n", path.string(), size, *contents);
+        text += fmt::format("{}: {}, digest {}\n", path.string(),
+                            is_folder ? "folder" : fmt::format("{} bytes", size), *contents);
     }
     return text;
 }

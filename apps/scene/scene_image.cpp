@@ -6,7 +6,10 @@
 #include "apps/scene/mesh_source.hpp"
 #include "base/error.hpp"
 #include "config/yaml.hpp"
+#include "io/dicom_name.hpp"
 #include "io/hierarchy_file.hpp"
+#include "io/image_file.hpp"
+#include "io/text.hpp"
 
 namespace livetet {
 
@@ -25,16 +28,34 @@ MeshSource source_of_hierarchy(const fs::path& path) {
     return read_yaml<MeshSource>(request["mesh"].get<std::string>(), path.string());
 }
 
+/// The file that `named_by` names: relative to its folder, beside it, or as named.
+std::optional<fs::path> find_beside(const fs::path& file, const fs::path& named_by) {
+    const fs::path folder = named_by.parent_path(), name = image_filename(file);
+    std::vector<fs::path> candidates{folder / file, folder / name, file};
+    if (file.is_absolute()) candidates = {file, folder / name};
+    for (const fs::path& candidate : candidates) {
+        std::error_code ignored;
+        if (!name.empty() && fs::exists(image_place(candidate), ignored) &&
+            (is_image_name(candidate) || fs::is_regular_file(candidate, ignored)))
+            return candidate;
+    }
+    return {};
+}
+
+/// Whether a name is that of a surface or mesh. Other names may be those of DICOM files or folders
+/// that are not there.
+bool names_no_image(const fs::path& file) {
+    try {
+        return kind_of(file) != MeshKind::image;
+    } catch (const Error&) {
+        return false;
+    }
+}
+
 }  // namespace
 
 fs::path locate(const fs::path& file, const fs::path& named_by) {
-    const fs::path folder = named_by.parent_path();
-    std::vector<fs::path> candidates{folder / file, folder / file.filename(), file};
-    if (file.is_absolute()) candidates = {file, folder / file.filename()};
-    for (const fs::path& candidate : candidates) {
-        std::error_code ignored;
-        if (fs::is_regular_file(candidate, ignored)) return candidate;
-    }
+    if (const auto found = find_beside(file, named_by)) return *found;
     fail("{}: names {}, which is not there, nor beside it", named_by.string(), file.string());
 }
 
@@ -52,16 +73,17 @@ SceneImage find_scene_image(const Scene& scene, const fs::path& named_in) {
         return image;
     }
     MeshSource source = scene.mesh;
-    if (kind_of(source.file) == MeshKind::hierarchy) {
+    if (ending(source.file) == ".h5") {
         const fs::path hierarchy = locate(source.file, named_by);
         image.grid = read_image_grid(hierarchy);
         source = source_of_hierarchy(hierarchy);
         named_by = hierarchy;
     }
-    if (kind_of(source.file) != MeshKind::image)
+    const std::optional<fs::path> found = find_beside(source.file, named_by);
+    if (names_no_image(found.value_or(source.file)))
         fail("{}: names no image, and was meshed from {}, which is none", named_by.string(),
              source.file.string());
-    image.file = locate(source.file, named_by);
+    image.file = found ? *found : locate(source.file, named_by);
     image.label_map = source.threshold.empty();
     return image;
 }

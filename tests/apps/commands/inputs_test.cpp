@@ -145,11 +145,18 @@ TEST(Inputs, NaNIsOutsideOfAThresholdAndCounted) {
 
 TEST(Inputs, NamesOfOtherFormatsAreToldWhichThereAre) {
     const Folder folder;
-    for (const std::string name : {"slice.dcm", "brain.img", "brain.mgz"}) {
+    for (const std::string name : {"brain.img", "brain.mgz"}) {
         write_text(folder / name, "x");
         expect_refused(livetet(folder, "mesh " + name + " -o out.h5"),
                        {name, "expected an image (.nii", "a surface (.stl", "DICOM"});
     }
+    write_text(folder / "slice.dcm", "x");
+    expect_refused(livetet(folder, "mesh slice.dcm -o out.h5"),
+                   {"slice.dcm", "damaged, expected a DICOM file"});
+    std::filesystem::create_directory(folder / "empty");
+    for (const std::string name : {"empty", "empty/", "empty#3"})
+        expect_refused(livetet(folder, "mesh " + name + " -o out.h5"),
+                       {"empty: holds no DICOM image"});
 }
 
 TEST(Inputs, MessagesAreWholeAndWithoutAddresses) {
