@@ -70,7 +70,7 @@ int bench_realtime(const RealtimeArguments& arguments) {
     if (requested("front") && arguments.frames > 0) {
         const std::vector<FrontRow> rows =
             measure_front({std::max(arguments.frames, 60), std::clamp(arguments.frames, 60, 180),
-                           arguments.truth_tets, arguments.threads},
+                           arguments.truth_tets, arguments.threads, arguments.poisson},
                           progress);
         print_front(rows);
         front = json_of(rows);
@@ -115,6 +115,9 @@ void add_realtime_benchmark(CLI::App& bench, int& status) {
     command->add_option("--truth-tets", a->truth_tets, "ten-node tets of the true organ of front")
         ->capture_default_str()
         ->check(CLI::Range(500, 1000000));
+    command->add_option("--poisson", a->poisson, "Poisson's ratio of front, of body and truth")
+        ->capture_default_str()
+        ->check(CLI::Range(0.3, 0.4999));
     command->add_option("--json", a->json, "write the figures of every case to this file");
     add_figure_option(*command, "--figure", a->figure,
                       "draw error against frame time for each method, on the mesh of the first "
