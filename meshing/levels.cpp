@@ -167,7 +167,7 @@ struct Maker {
 
     /// The edge length as a function of position on the surface; empty if it is uniform.
     EdgeLengthField on_surface(double edge_length_m, double scale) const {
-        if (options.finer.empty() && !finer_at) return {};
+        if (options.finer.empty() && !finer_at && options.grading.patches.empty()) return {};
         return [=, this](const Vector3& x) {
             double length = edge_length_m;
             if (finer_at)
@@ -177,8 +177,22 @@ struct Maker {
                 length = std::min(
                     length, scale * s.edge_length_m +
                                 gradation * std::max((x - s.centre).norm() - s.radius_m, 0.0));
+            for (const PatchGrading::Patch& p : options.grading.patches)
+                length = near_patch(p, x, edge_length_m, length);
             return length;
         };
+    }
+
+    /// The smaller of `length` and the edge length that a patch asks for at x. The distance from the
+    /// patch is that of the sphere and that of the surface, as if they met at a right angle; the
+    /// search for the surface is left out where the first suffices.
+    double near_patch(const PatchGrading::Patch& patch, const Vector3& x, double edge_length_m,
+                      double length) const {
+        const auto& [patches, ratio, growth] = options.grading;
+        const double aside = std::max((x - patch.centre).norm() - patch.radius_m, 0.0);
+        if (ratio * edge_length_m + growth * aside >= length) return length;
+        const double distance = std::hypot(aside, body.find(x).distance);
+        return std::min(length, ratio * edge_length_m + growth * distance);
     }
 
     /// Throws Error, with the position, if the level is not good enough. `tried` receives its
@@ -352,6 +366,10 @@ std::string provenance_of(const MeshingOptions& o, const HierarchyResult& result
                             1e3 * s.radius_m, place_mm(s.centre));
     if (!o.finer_at.triangles.empty())
         text += fmt::format(", edges at the mask's border times {}", o.finer_at_ratio);
+    for (const PatchGrading::Patch& p : o.grading.patches)
+        text += fmt::format(
+            ", edges times {} on the surface within {:.3f} mm of {}, growing by {} of the distance",
+            o.grading.ratio, 1e3 * p.radius_m, place_mm(p.centre), o.grading.growth);
     return text;
 }
 

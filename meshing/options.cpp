@@ -62,6 +62,12 @@ void check_options(const MeshingOptions& o) {
     }
     if (!(o.finer_at_ratio >= 0.1 && o.finer_at_ratio <= 1))
         fail("--fix-edge-ratio = {} must be from 0.1 to 1", o.finer_at_ratio);
+    for (const PatchGrading::Patch& p : o.grading.patches)
+        positive("PatchGrading::Patch::radius_m", p.radius_m);
+    if (!(o.grading.ratio >= 0.1 && o.grading.ratio <= 1))
+        fail("PatchGrading::ratio = {} must be from 0.1 to 1", o.grading.ratio);
+    if (!(o.grading.growth >= 0.05 && o.grading.growth <= 1))
+        fail("PatchGrading::growth = {} must be from 0.05 to 1", o.grading.growth);
     if (!(o.min_dihedral_deg >= 0 && o.min_dihedral_deg <= 15))
         fail("--min-dihedral-deg = {} must be from 0 to 15", o.min_dihedral_deg);
 }

@@ -25,6 +25,20 @@ struct FineSphere {
 /// The wanted edge length at a position, both in metres. Empty: uniform.
 using EdgeLengthField = std::function<double(const Vector3&)>;
 
+/// Shorter edges on patches of the surface and near them, relative to those of the level: the number
+/// of tets is kept, and coarser levels are graded alike. With h the level's edge length and d the
+/// distance from the nearest patch, edges are min(h, ratio h + growth d).
+struct PatchGrading {
+    /// The part of the body's surface within a sphere, metres.
+    struct Patch {
+        Vector3 centre = Vector3::Zero();
+        double radius_m = 0;
+    };
+    std::vector<Patch> patches;
+    double ratio = 0.25;  ///< of edges at a patch to those elsewhere, 0.1 to 1
+    double growth = 0.3;  ///< of the edge length with the distance from a patch, 0.05 to 1
+};
+
 /// What becomes of a body's closed cavities.
 enum class Cavities { keep, fill };
 
@@ -89,6 +103,8 @@ struct MeshingOptions {
     int optimise_passes = 2;  ///< passes of Gmsh's optimiser over each volume; 0: none
     /// Smallest accepted dihedral angle, degrees; 0: any.
     double min_dihedral_deg = 5;
+
+    PatchGrading grading;  ///< patches of the surface with shorter edges
 };
 
 /// Cost of a tet in a frame of the live solver, s: 6 ms for 60,000 tets on two cores of a 2.4 GHz

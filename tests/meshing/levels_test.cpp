@@ -298,6 +298,24 @@ TEST(Hierarchy, is_finer_at_the_border_of_a_mask) {
               0.009);
 }
 
+/// The same number of tets as without patches, with shorter edges at the patch on two levels.
+TEST(Hierarchy, is_graded_at_a_patch_at_the_same_number_of_tets) {
+    MeshingOptions options;
+    options.target_tets = 6000;
+    options.levels = 2;
+    options.grading.patches = {{{0, 0, 0.04}, 0.012}};
+    const HierarchyResult result = build_hierarchy(organ(), options);
+    expect_valid(result);
+    ASSERT_EQ(result.levels.size(), 2u);
+    EXPECT_NEAR(result.levels[0].quality.tets, 6000, 600);
+    const FineSphere at_patch{{0, 0, 0.04}, 0.008, 0}, elsewhere{{0, 0, -0.02}, 0.015, 0};
+    for (const TetMesh& level : result.hierarchy.levels)
+        EXPECT_LT(mean_edge_in(level, at_patch), 0.6 * mean_edge_in(level, elsewhere));
+    EXPECT_NE(result.hierarchy.provenance.find("edges times 0.25 on the surface within 12.000 mm"),
+              std::string::npos)
+        << result.hierarchy.provenance;
+}
+
 TEST(Hierarchy, grows_inside_as_far_as_asked) {
     MeshingOptions options;
     options.edge_lengths_mm = {5};
@@ -340,6 +358,9 @@ TEST(Hierarchy, refuses_options_out_of_range_by_name) {
     refused([](MeshingOptions& o) { o.inside_growth = 0.5; }, "--inside-growth");
     refused([](MeshingOptions& o) { o.finer = {{}}; }, "--refine-sphere: radius in m");
     refused([](MeshingOptions& o) { o.finer_at_ratio = 0; }, "--fix-edge-ratio");
+    refused([](MeshingOptions& o) { o.grading.patches = {{}}; }, "PatchGrading::Patch::radius_m");
+    refused([](MeshingOptions& o) { o.grading.ratio = 0; }, "PatchGrading::ratio");
+    refused([](MeshingOptions& o) { o.grading.growth = 2; }, "PatchGrading::growth");
     refused([](MeshingOptions& o) { o.gmsh_time_limit_s = 0; }, "--time-limit-s");
 }
 
