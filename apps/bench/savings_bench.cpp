@@ -81,7 +81,7 @@ int bench_savings(const SavingsArguments& a) {
         fail("{}: nothing is left out of it that could be forced on", a.scene.string());
     {
         ProgressLine progress("savings");
-        write_hierarchy(folder / "mesh.h5", load_mesh(scene.mesh, progress.callback()));
+        write_hierarchy(folder / "mesh.h5", load_mesh(scene, progress.callback()));
         for (int round = 0; round < a.repeats; ++round)
             for (std::size_t k = 0; k < all.size(); ++k) {
                 progress.update(static_cast<double>(round * all.size() + k) /

@@ -186,7 +186,7 @@ class Measurement {
 WorkPrecision measure_choices(const Scene& scene, const std::filesystem::path& folder,
                               const WorkPrecisionOptions& options) {
     ProgressLine progress("workprecision");
-    const Choices choices(scene, load_mesh(scene.mesh, progress.callback()), folder);
+    const Choices choices(scene, load_mesh(scene, progress.callback()), folder);
     std::vector<SceneChoice> all = choices.all();
     std::erase_if(all, [&](const SceneChoice& c) {
         return (c.varied + ": " + c.name).find(options.only) == std::string::npos;

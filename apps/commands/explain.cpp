@@ -40,7 +40,7 @@ void explain_levels(const MeshHierarchy& hierarchy, bool multigrid) {
 void explain(const std::filesystem::path& path) {
     const Scene scene = load_scene(path);
     ProgressLine progress("mesh");
-    MeshHierarchy hierarchy = load_mesh(scene.mesh, progress.callback());
+    MeshHierarchy hierarchy = load_mesh(scene, progress.callback());
     if (scene.elements == Elements::p2) hierarchy = with_quadratic_level(std::move(hierarchy));
     const SolverKind kind = resolved_kind(solver_options(scene, hierarchy, use_of(scene)).kind,
                                           hierarchy.levels.size());

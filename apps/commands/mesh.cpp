@@ -29,11 +29,12 @@ namespace {
 
 struct MeshArguments {
     MeshSource source;
-    std::filesystem::path fixed_mask, output, json;
+    std::filesystem::path fixed_mask, grade_scene, output, json;
     bool again = false;
     MeshingOptions options;
     std::optional<double> budget_ms, inside_growth, fix_edge_ratio;
     std::vector<double> spheres;  ///< five numbers for each sphere
+    SceneGrading grading;         ///< of the input scene or of grade_scene
 };
 
 bool is_scene(const std::filesystem::path& path) {
@@ -55,6 +56,12 @@ nlohmann::json requested(const MeshArguments& a) {
                         {"time_limit_s", a.options.gmsh_time_limit_s},
                         {"refine_spheres_mm", a.spheres}};
     if (a.inside_growth) json["inside_growth"] = *a.inside_growth;
+    for (const auto& [key, patch] : a.grading.patches)
+        json["graded_patches"].push_back(
+            {{"key", key},
+             {"centre_mm",
+              {1e3 * patch.centre.x(), 1e3 * patch.centre.y(), 1e3 * patch.centre.z()}},
+             {"radius_mm", 1e3 * patch.radius_m}});
     return json;
 }
 
@@ -71,6 +78,7 @@ std::optional<std::string> fingerprint(const MeshArguments& a) {
     text += fmt::format("{} {} {} {} {}", a.options.min_dihedral_deg, a.options.gmsh_time_limit_s,
                         a.inside_growth.value_or(0), a.fix_edge_ratio.value_or(1),
                         fmt::join(a.spheres, ","));
+    text += '\n' + a.grading.text();
     for (const std::filesystem::path& file : {a.source.file, a.fixed_mask}) {
         if (file.empty()) continue;
         const auto contents = content_digest(file);
@@ -98,7 +106,7 @@ MeshHierarchy mesh_and_report(const MeshArguments& a, const std::string& key, nl
     std::filesystem::path look = a.output;
     look.replace_extension(".failed.stl");
     try {
-        MeshedInput meshed = mesh_input(a.source, progress.callback(), a.options);
+        MeshedInput meshed = mesh_input(a.source, progress.callback(), a.options, a.grading);
         progress.update(1, "done");
         MeshReport report = report_of(meshed);
         fmt::print("{}", report.text);
@@ -143,7 +151,7 @@ void check_outputs(const MeshArguments& a, const std::filesystem::path& given) {
     if (ending(a.output) != ".h5")
         fail("--output {}: the name ends in '{}', expected a hierarchy file: .h5",
              a.output.string(), ending(a.output));
-    refuse_to_overwrite("--json", a.json, {given, a.source.file, a.fixed_mask});
+    refuse_to_overwrite("--json", a.json, {given, a.source.file, a.fixed_mask, a.grade_scene});
     if (same_file(a.json, a.output))
         fail("--json {}: is the same file as --output, expected another", a.json.string());
     (void)PendingFile(a.output);  // throws before minutes of meshing if it cannot be written
@@ -152,7 +160,9 @@ void check_outputs(const MeshArguments& a, const std::filesystem::path& given) {
 
 /// Throws Error if an option does not apply to the input.
 void check_options_for(const MeshArguments& a, const CLI::App& command) {
-    const auto count = [&](const MeshKey& key) { return command.count(key.option) > 0; };
+    const auto count = [&](const MeshKey& key) {
+        return key.option && command.count(key.option) > 0;
+    };
     const auto option = [](const MeshKey& key) { return std::string(key.option); };
     if (!is_scene(a.source.file)) return refuse_idle_keys(a.source.file, count, option);
     for (const MeshKey& key : mesh_keys())
@@ -172,9 +182,36 @@ nlohmann::json read_provenance(const MeshHierarchy& hierarchy, const std::string
     return json;
 }
 
+/// Takes the mesh block of the input, if that is a scene, and what the mesh is graded by.
+void take_scenes(MeshArguments& a) {
+    if (is_scene(a.source.file)) {
+        const Scene scene = load_scene(a.source.file);
+        if (a.grade_scene.empty()) a.grading = grading_of(scene);
+        a.source = scene.mesh;
+    }
+    if (a.grade_scene.empty()) return;
+    a.grading = grading_by(load_scene(a.grade_scene));
+    if (a.grading.patches.empty())
+        fail(
+            "--grade-scene {}: the scene states no place, expected track.sensors: place_mm or "
+            "drive: sphere_mm",
+            a.grade_scene.string());
+}
+
+/// Says where the mesh is graded.
+void print_grading(const SceneGrading& grading) {
+    for (const auto& [key, patch] : grading.patches)
+        fmt::print("graded       at ({:.1f}, {:.1f}, {:.1f}) mm, radius {:.1f} mm: {}\n",
+                   1e3 * patch.centre.x(), 1e3 * patch.centre.y(), 1e3 * patch.centre.z(),
+                   1e3 * patch.radius_m, key);
+    if (grading.patches.empty()) return;
+    for (const std::string& key : grading.without_place)
+        fmt::print("not graded   {}: its place is not stated\n", key);
+}
+
 void run(MeshArguments& a) {
     const std::filesystem::path given = a.source.file;
-    if (is_scene(given)) a.source = load_scene(given).mesh;
+    take_scenes(a);
     check_outputs(a, given);
     if (a.budget_ms) a.source.tets = static_cast<int>(tets_for_budget(1e-3 * *a.budget_ms));
     a.options.inside_growth = a.inside_growth;
@@ -202,6 +239,7 @@ void run(MeshArguments& a) {
             if (!a.json.empty()) write_text_file(a.json, text_of(json, 2) + "\n");
             return;
         }
+        print_grading(a.grading);
         if (mask && a.fix_edge_ratio) {
             a.options.finer_at_ratio = *a.fix_edge_ratio;
             a.options.finer_at =
@@ -243,6 +281,9 @@ void add_meshing_options(CLI::App* command, MeshArguments* a) {
         ->add_option("--refine-sphere", a->spheres,
                      "finer in a sphere: x,y,z,radius,edge in mm, RAS; several in one list")
         ->delimiter(',');
+    command->add_option("--grade-scene", a->grade_scene,
+                        "finer at the places of this scene (.yaml), with --tets as asked: "
+                        "track.sensors: place_mm, drive: sphere_mm; in a scene mesh.grading");
     command
         ->add_option("--inside-growth", a->inside_growth,
                      "ratio of edge lengths deep inside to those on the surface, 1 to 10")

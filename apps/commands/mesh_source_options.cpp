@@ -56,7 +56,7 @@ class OptionMaker {
     /// The key's entry among those with an option; none: nullptr.
     static const MeshKey* key_of(std::string_view key) {
         for (const MeshKey& k : mesh_keys())
-            if (k.key && key == k.key) return &k;
+            if (k.option && k.key && key == k.key) return &k;
         return nullptr;
     }
 

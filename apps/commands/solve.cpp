@@ -110,7 +110,7 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     RunFigures figures;
     figures.ranks = session.ranks();
     const auto start = std::chrono::steady_clock::now();
-    MeshHierarchy hierarchy = load_mesh(scene.mesh, callback());
+    MeshHierarchy hierarchy = load_mesh(scene, callback());
     figures.mesh_s = seconds_since(start);
     SceneBody body = make_body(PETSC_COMM_WORLD, scene, std::move(hierarchy), Use::solve);
     SceneConstraints constraints(scene, body.mesh());

@@ -245,7 +245,7 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
     session.add_options(scene.solver.petsc_options);
     MeshHierarchy hierarchy = [&] {
         ProgressLine progress("mesh");
-        return load_mesh(scene.mesh, progress.callback());
+        return load_mesh(scene, progress.callback());
     }();
     if (const auto note = locking_note(scene)) log_warning(*note);
     TrackedModel model = make_tracked_model(scene, std::move(hierarchy));

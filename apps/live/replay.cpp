@@ -96,7 +96,7 @@ ReplayReport replay_run(const std::filesystem::path& path, const ProgressCallbac
              origin.scene.output.every);
     origin.scene.solver.threads = threads > 0 ? threads : origin.threads;
 
-    TrackedModel model = make_tracked_model(origin.scene, load_mesh(origin.scene.mesh, progress));
+    TrackedModel model = make_tracked_model(origin.scene, load_mesh(origin.scene, progress));
     const SceneBody& body = model.body;
     if (body.mesh().nodes != reader.mesh().nodes || body.mesh().tets != reader.mesh().tets)
         fail("{}: {} is not the mesh of this run any more", source,

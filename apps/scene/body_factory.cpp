@@ -119,7 +119,12 @@ MeshHierarchy read_tets(const MeshSource& source) {
 
 }  // namespace
 
-MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progress) {
+MeshHierarchy load_mesh(const Scene& scene, const ProgressCallback& progress) {
+    return load_mesh(scene.mesh, progress, grading_of(scene));
+}
+
+MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progress,
+                        const SceneGrading& grading) {
     const bool has_levels_to_make = kind_of(source.file) == MeshKind::tets && source.levels > 1;
     if (is_tet_mesh_name(source.file) && !has_levels_to_make)
         return with_refined_levels(read_tets(source), source.refine);
@@ -146,13 +151,14 @@ MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progre
         return with_refined_levels(std::move(made), source.refine);
     }
     try {
-        return log_notes(std::move(mesh_input(source, progress).result));
+        return log_notes(std::move(mesh_input(source, progress, {}, grading).result));
     } catch (const MeshingFailure& failure) {
         fail_with_surface(failure, source.file.filename().replace_extension(".failed.stl"),
                           source.file);
     }
 #else
     (void)progress;
+    (void)grading;
     if (has_levels_to_make)
         fail("mesh.levels = {}: this build of livetet meshes no coarser levels, expected 1",
              source.levels);

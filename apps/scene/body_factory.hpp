@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "apps/scene/mesh_grading.hpp"
 #include "apps/scene/mesh_source.hpp"
 #include "apps/scene/scene.hpp"
 #include "base/progress.hpp"
@@ -16,7 +17,11 @@ std::vector<std::int32_t> select_nodes(const TetMesh& mesh, const SelectionOptio
 /// Reads the mesh hierarchy of a scene, or meshes its image or surface, and refines it if
 /// requested. Logs a note where the mesher deviated from the request. A surface that could not be
 /// meshed is written to the working folder.
-MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progress);
+MeshHierarchy load_mesh(const Scene& scene, const ProgressCallback& progress);
+
+/// The same for a mesh block, whatever its key `grading`: `grading` has what the mesh is graded by.
+MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progress,
+                        const SceneGrading& grading = {});
 
 /// The scene's fixed and driven nodes, hard and soft. Fixed nodes take precedence over driven ones.
 class SceneConstraints {

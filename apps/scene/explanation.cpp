@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "apps/scene/mesh_grading.hpp"
 #include "apps/scene/model_limits.hpp"
 #include "base/error.hpp"
 #include "config/yaml.hpp"
@@ -72,6 +73,29 @@ void explain_slips(Explanation& e, const TrackOptions& track) {
                      sensors.empty() ? "no sensors" : "track.sensors: may_slip is false");
 }
 
+/// Nothing if neither the mesh is graded nor a place is stated that it could be graded by.
+void explain_grading(Explanation& e, const Scene& scene) {
+    const SceneGrading grading = grading_by(scene);
+    std::vector<std::string> keys;
+    for (const auto& [key, patch] : grading.patches) keys.push_back(key);
+    const bool is_planned =
+        scene.track && std::ranges::any_of(scene.track->sensors, [](const SensorOptions& s) {
+            return s.place_mm.has_value();
+        });
+    if (scene.mesh.grading == MeshGrading::scene)
+        e.uses("graded mesh",
+               fmt::format("edges of {} times the others at {}{}", PatchGrading{}.ratio,
+                           fmt::join(keys, ", "),
+                           grading.without_place.empty()
+                               ? ""
+                               : fmt::format("; not stated are the places of {}",
+                                             fmt::join(grading.without_place, ", "))));
+    else if (is_planned)
+        e.leaves_out("graded mesh",
+                     "mesh.grading is not scene: place_mm tells what it costs to place a sensor "
+                     "elsewhere");
+}
+
 void explain_tracking(Explanation& e, const Scene& scene) {
     if (!scene.track) return e.leaves_out("tracker", "no track section: no thread, no filter");
     e.uses("tracker", fmt::format("`track` only: {} sensor(s); a thread each for the source, "
@@ -117,6 +141,7 @@ std::vector<ExplainedPart> explain_parts(const Scene& scene, std::size_t tets, s
     Explanation e;
     e.uses("elements",
            fmt::format("{} tetrahedra of {} nodes", tets, scene.elements == Elements::p2 ? 10 : 4));
+    explain_grading(e, scene);
     for (const Material& m : scene.materials)
         e.uses("material",
                fmt::format("{}: {}, {} Pa, Poisson's ratio {}",

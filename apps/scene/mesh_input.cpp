@@ -96,8 +96,15 @@ LabelImage between_thresholds(const MeshSource& source, std::vector<std::string>
 }  // namespace
 
 MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progress,
-                       MeshingOptions options) {
+                       MeshingOptions options, const SceneGrading& grading) {
     refuse_idle_keys(source);
+    if (!grading.patches.empty()) {
+        options.grading.patches = grading.surface_patches();
+        options.check_surface = [&grading, before = options.check_surface](const TriangleMesh& s) {
+            if (before) before(s);
+            grading.check(s);
+        };
+    }
     options.labels.assign(source.labels.begin(), source.labels.end());
     options.body = source.body;
     options.wrap_mm = source.wrap_mm;

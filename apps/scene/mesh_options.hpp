@@ -14,6 +14,9 @@ namespace livetet {
 
 enum class LengthUnit { millimetre, metre };
 
+/// Where a mesh that is made from an image or a surface has shorter edges.
+enum class MeshGrading { even, scene };
+
 /// The mesh section of a scene: where the mesh comes from, and how it is made.
 struct MeshSource {
     std::filesystem::path file;
@@ -28,6 +31,7 @@ struct MeshSource {
     int tets = 60000;
     int levels = 0;
     int refine = 0;
+    MeshGrading grading = MeshGrading::even;
 };
 
 /// Parses a closed range of values such as "100:300", "100:" or ":300". Empty if it is invalid.
@@ -90,6 +94,11 @@ void visit_fields(Visitor& v, MeshSource& m) {
             "number of uniform refinements, each tet into eight and each a level more: for meshes "
             "larger than a mesher can write",
             within<int>({0, 4}));
+    v.choice("grading", m.grading, "where edges are shorter, at the same number of tetrahedra",
+             {{MeshGrading::even, "even", "nowhere"},
+              {MeshGrading::scene, "scene",
+               "at the planned patches of sensors (track.sensors: place_mm) and at driven spheres "
+               "(drive: sphere_mm)"}});
 }
 
 }  // namespace livetet

@@ -18,7 +18,7 @@ bool is_tet_mesh_name(const std::filesystem::path& path);
 
 /// The kinds of file that a key of the mesh block, or an option of `livetet mesh`, applies to.
 struct MeshKey {
-    const char* option;  ///< option of the command
+    const char* option;  ///< option of the command; nullptr: none
     const char* key;     ///< key of the mesh block; nullptr: none
     std::initializer_list<MeshKind> kinds;
     bool (*given)(const MeshSource&);  ///< whether a mesh block sets it; nullptr without a key

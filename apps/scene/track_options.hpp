@@ -21,6 +21,7 @@ enum class Pace { recorded, every_sample };
 /// A deformation sensor.
 struct SensorOptions {
     std::string tool = "Sensor";
+    std::optional<Eigen::Vector3d> place_mm;
     double patch_radius_mm = 15;
     std::optional<double> patch_spread_mm;
     DriveMotion motion = DriveMotion::translation;
@@ -85,6 +86,9 @@ struct TrackOptions {
 template <class Visitor>
 void visit_fields(Visitor& v, SensorOptions& o) {
     v.field("tool", o.tool, "", "name of the sensor: Sensor for SensorToTracker");
+    v.field("place_mm", o.place_mm, "mm",
+            "where on the organ the sensor is to be placed, in the image, RAS: for mesh.grading. A "
+            "sensor placed where edges are longer than there is reported");
     v.field("patch_radius_mm", o.patch_radius_mm, "mm",
             "radius about the sensor within which the surface follows it", greater_than<0>());
     v.field("patch_spread_mm", o.patch_spread_mm, "mm",

@@ -50,6 +50,21 @@ TEST(Explanation, SpreadsHaveNoEffectWithoutTargets) {
     EXPECT_TRUE(explained(scene, "spreads")) << "`solve` takes none";
 }
 
+TEST(Explanation, AGradedMeshNamesItsPlaces) {
+    Scene scene = tracked_scene();
+    EXPECT_FALSE(explained(scene, "graded mesh")) << "no place is stated";
+    scene.track->sensors[0].place_mm = Eigen::Vector3d(1, 2, 3);
+    ASSERT_TRUE(explained(scene, "graded mesh"));
+    EXPECT_FALSE(explained(scene, "graded mesh")->built);
+    scene.mesh.grading = MeshGrading::scene;
+    scene.drive.resize(1);
+    scene.drive[0].group = "top";
+    EXPECT_TRUE(explained(scene, "graded mesh")->built);
+    EXPECT_EQ(explained(scene, "graded mesh")->why,
+              "edges of 0.25 times the others at track.sensors[0].place_mm; not stated are the "
+              "places of drive[0]");
+}
+
 TEST(Explanation, TheSurfaceStatementComesWithTargets) {
     Scene scene = tracked_scene();
     EXPECT_FALSE(explained(scene, "surface statement"));
