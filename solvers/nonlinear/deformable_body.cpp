@@ -182,6 +182,38 @@ StepReport DeformableBody::advance(double dt, const FrameControls& controls) {
     return report;
 }
 
+void DeformableBody::linearise() {
+    if (time_.is_dynamic())
+        fail("linearise: found a dynamic body, expected a static one: TimeOptions::scheme");
+    time_.begin_step(0);
+    balance_.begin_step(ForceBalance::DampingAt::present);
+    balance_.assemble(Tangent::exact);
+}
+
+LinearReport DeformableBody::response(std::span<const Vector3> force, double relative_tolerance,
+                                      std::vector<Vector3>& displacement) {
+    check_size(force.size(), "response: force");
+    const PetscHandle<Vec> b = make_vector(mesh()), x = make_vector(mesh());
+    fill(mesh(), force, b.get());
+    {
+        const auto constrained = level().constrained();
+        WriteArray values(b.get());
+        for (std::size_t i = 0; i < values.span().size(); ++i)
+            if (constrained[i / 3] >> (i % 3) & 1) values[i] = 0;
+    }
+    PetscHandle<Vec> b_p, x_p;
+    if (state_.p)
+        for (PetscHandle<Vec>* v : {&b_p, &x_p}) {
+            LIVETET_PETSC(VecDuplicate(state_.p.get(), v->out()));
+            LIVETET_PETSC(VecSet(v->get(), 0));
+        }
+    LIVETET_PETSC(VecSet(x.get(), 0));
+    const LinearReport report = solver_->solve(b.get(), b_p.get(), x.get(), x_p.get(),
+                                               {.relative_tolerance = relative_tolerance});
+    gather(mesh(), x.get(), displacement);
+    return report;
+}
+
 std::span<const double> DeformableBody::node_mass() {
     if (level().node_mass().empty()) solver_->find_mass();
     return level().node_mass();
