@@ -60,7 +60,7 @@ Arrows arrows(const std::string& apps_cmake) {
         below.insert(folder);
     }
     std::set<std::string> solvers;
-    for (const auto* folder : {"parallel", "assembly", "linear", "nonlinear"}) {
+    for (const auto* folder : {"parallel", "assembly", "linear", "nonlinear", "inverse"}) {
         const auto name = std::string("solvers/") + folder;
         arrows[name] = below;
         arrows[name].insert(solvers.begin(), solvers.end());

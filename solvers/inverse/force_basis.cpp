@@ -1,0 +1,89 @@
+#include "solvers/inverse/force_basis.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+
+#include "base/error.hpp"
+
+namespace livetet {
+
+void ForceBasis::add_pattern(std::span<const std::int32_t> nodes, std::span<const double> shares) {
+    const double sum = std::accumulate(shares.begin(), shares.end(), 0.0);
+    if (nodes.size() != shares.size() || !(sum > 0))
+        fail("force basis: found {} nodes and {} shares of sum {}, expected as many and a sum > 0",
+             nodes.size(), shares.size(), sum);
+    for (int axis = 0; axis < 3; ++axis) {
+        Column& column = columns_.emplace_back();
+        column.axis = axis;
+        column.nodes.assign(nodes.begin(), nodes.end());
+        for (const double s : shares) column.shares.push_back(s / sum);
+    }
+}
+
+std::vector<Vector3> ForceBasis::force(const Eigen::VectorXd& p, std::size_t nodes) const {
+    std::vector<Vector3> f(nodes, Vector3::Zero());
+    for (std::size_t j = 0; j < columns_.size(); ++j) {
+        const Column& c = columns_[j];
+        for (std::size_t k = 0; k < c.nodes.size(); ++k)
+            f[c.nodes[k]][c.axis] += c.shares[k] * p[static_cast<Eigen::Index>(j)];
+    }
+    return f;
+}
+
+Eigen::VectorXd ForceBasis::project(std::span<const Vector3> x) const {
+    Eigen::VectorXd projected = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(size()));
+    for (std::size_t j = 0; j < columns_.size(); ++j) {
+        const Column& c = columns_[j];
+        for (std::size_t k = 0; k < c.nodes.size(); ++k)
+            projected[static_cast<Eigen::Index>(j)] += c.shares[k] * x[c.nodes[k]][c.axis];
+    }
+    return projected;
+}
+
+Vector3 ForceBasis::total(const Eigen::VectorXd& p) const {
+    Vector3 sum = Vector3::Zero();
+    for (std::size_t j = 0; j < columns_.size(); ++j)
+        sum[columns_[j].axis] += p[static_cast<Eigen::Index>(j)];
+    return sum;
+}
+
+ForceBasis uniform_forces(std::span<const std::int32_t> nodes) {
+    ForceBasis basis;
+    basis.add_pattern(nodes, std::vector<double>(nodes.size(), 1.0));
+    return basis;
+}
+
+ForceBasis smooth_forces(std::span<const Vector3> rest, std::span<const std::int32_t> nodes,
+                         std::size_t centres) {
+    if (centres == 0 || nodes.size() < centres)
+        fail("smooth forces: found {} nodes and {} centres, expected 1 to {} centres", nodes.size(),
+             centres, nodes.size());
+    std::vector<double> nearest(nodes.size(), std::numeric_limits<double>::infinity());
+    std::vector<std::int32_t> chosen;
+    std::size_t next = 0;
+    for (std::size_t k = 0; k < centres; ++k) {
+        chosen.push_back(nodes[next]);
+        for (std::size_t i = 0; i < nodes.size(); ++i)
+            nearest[i] = std::min(nearest[i], (rest[nodes[i]] - rest[chosen.back()]).norm());
+        next = static_cast<std::size_t>(std::max_element(nearest.begin(), nearest.end()) -
+                                        nearest.begin());
+    }
+    // A centre at every node: each has itself alone.
+    const double radius = std::max(1.5 * nearest[next], 1e-9);
+    ForceBasis basis;
+    for (const std::int32_t centre : chosen) {
+        std::vector<std::int32_t> near;
+        std::vector<double> shares;
+        for (const std::int32_t n : nodes) {
+            const double r = (rest[n] - rest[centre]).norm() / radius;
+            if (r >= 1) continue;
+            near.push_back(n);
+            shares.push_back((1 - r) * (1 - r) * (1 - r) * (1 + 3 * r));
+        }
+        basis.add_pattern(near, shares);
+    }
+    return basis;
+}
+
+}  // namespace livetet

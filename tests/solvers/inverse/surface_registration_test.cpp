@@ -1,0 +1,118 @@
+// Forces and displacements from points of the surface.
+
+#include "solvers/inverse/surface_registration.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "base/error.hpp"
+#include "solvers/inverse/block_fixture.hpp"
+
+namespace livetet {
+namespace {
+
+/// A neo-Hookean block whose top is seen while a zone of it is pulled up and aside.
+class SurfaceRegistrationTest : public testing::Test {
+  protected:
+    std::vector<Vector3> truth(const Eigen::Vector3d& force) {
+        return block.equilibrium(uniform, force);
+    }
+    double rms_error(const SurfaceRegistration& found, const std::vector<Vector3>& x) const {
+        double squares = 0;
+        for (std::size_t n = 0; n < x.size(); ++n)
+            squares += (rest()[n] + found.displacement()[n] - x[n]).squaredNorm();
+        return std::sqrt(squares / static_cast<double>(x.size()));
+    }
+    const std::vector<Vector3>& rest() const { return block.mesh().nodes; }
+
+    test::PulledBlock block{"neohookean"};
+    const ForceBasis uniform = uniform_forces(block.zone);
+    const Eigen::Vector3d pull{0.5, 0.2, 1.6};  // N
+};
+
+TEST_F(SurfaceRegistrationTest, FindsAUniformForceAndTheWholeDisplacement) {
+    const std::vector<Vector3> x = truth(pull);
+    EXPECT_GT((x[block.zone.front()] - rest()[block.zone.front()]).norm(), 0.009);
+    SurfaceRegistration registration(block.body, rest(), block.surface, uniform, {});
+    const SurfaceRegistrationReport report = registration.fit(block.points_on_top(x, 0));
+    EXPECT_TRUE(report.converged) << report.reason;
+    EXPECT_LT((report.total_force_N - pull).norm(), 0.02 * pull.norm());
+    EXPECT_LT(rms_error(registration, x), 0.0001);
+    EXPECT_LT(report.rms_m, 0.0001);
+    EXPECT_GT(report.rms_before_m, 0.002);
+}
+
+TEST_F(SurfaceRegistrationTest, OutliersDoNotPull) {
+    const std::vector<Vector3> x = truth(pull);
+    std::vector<Vector3> points = block.points_on_top(x, 0);
+    for (std::size_t i = 0; i < points.size(); i += 8) points[i].z() += 0.03;
+    SurfaceRegistration registration(block.body, rest(), block.surface, uniform, {});
+    const SurfaceRegistrationReport report = registration.fit(points);
+    EXPECT_TRUE(report.converged) << report.reason;
+    EXPECT_EQ(report.outliers, (points.size() + 7) / 8);
+    EXPECT_LT((report.total_force_N - pull).norm(), 0.03 * pull.norm());
+    EXPECT_LT(rms_error(registration, x), 0.0002);
+}
+
+TEST_F(SurfaceRegistrationTest, FindsForcesWhosePlaceIsNotKnown) {
+    const std::vector<Vector3> x = truth(pull);
+    const auto top =
+        test::nodes_where(block.mesh(), [](const Vector3& r) { return r.z() > 0.0399; });
+    SurfaceRegistration registration(block.body, rest(), block.surface,
+                                     smooth_forces(rest(), top, 16), {});
+    const SurfaceRegistrationReport report = registration.fit(block.points_on_top(x, 0));
+    EXPECT_TRUE(report.converged) << report.reason;
+    EXPECT_LT(report.rms_m, 0.0004);
+    EXPECT_NEAR(report.total_force_N.z(), pull.z(), 0.1 * pull.z());
+    // A flat face does not show how far it slid.
+    double squares = 0;
+    for (std::size_t n = 0; n < x.size(); ++n)
+        squares += std::pow(rest()[n].z() + registration.displacement()[n].z() - x[n].z(), 2);
+    EXPECT_LT(std::sqrt(squares / static_cast<double>(x.size())), 0.0007);
+}
+
+TEST_F(SurfaceRegistrationTest, FollowsASequenceFromFrameToFrame) {
+    SurfaceRegistration registration(block.body, rest(), block.surface, uniform, {});
+    std::vector<std::vector<Vector3>> frames;
+    for (const double share : {0.8, 0.9, 1.0}) frames.push_back(truth(share * pull));
+    std::vector<int> iterations;
+    for (const auto& x : frames) {
+        const SurfaceRegistrationReport report = registration.fit(block.points_on_top(x, 0));
+        EXPECT_TRUE(report.converged) << report.reason;
+        EXPECT_LT(rms_error(registration, x), 0.0002);
+        iterations.push_back(report.iterations);
+    }
+    EXPECT_LT(iterations[1], iterations[0]);
+    EXPECT_LT(iterations[2], iterations[0]);
+}
+
+TEST_F(SurfaceRegistrationTest, SaysThatItDidNotConverge) {
+    SurfaceRegistration registration(block.body, rest(), block.surface, uniform,
+                                     {.max_iterations = 1});
+    const SurfaceRegistrationReport report = registration.fit(block.points_on_top(truth(pull), 0));
+    EXPECT_FALSE(report.converged);
+    EXPECT_STREQ(report.reason, "the iterations allowed are used up");
+    EXPECT_LT(report.rms_m, report.rms_before_m);
+}
+
+TEST_F(SurfaceRegistrationTest, RefusesPointsInAnotherUnit) {
+    SurfaceRegistration registration(block.body, rest(), block.surface, uniform, {});
+    std::vector<Vector3> points = block.points_on_top(rest(), 0);
+    for (Vector3& c : points) c *= 1000;
+    EXPECT_THROW((void)registration.fit(points), Error);
+}
+
+TEST_F(SurfaceRegistrationTest, RefusesForcesThatMoveNothingAndBadOptions) {
+    const auto fixed =
+        test::nodes_where(block.mesh(), [](const Vector3& r) { return r.z() < 1e-9; });
+    EXPECT_THROW(SurfaceRegistration(block.body, rest(), block.surface, uniform_forces(fixed), {}),
+                 Error);
+    EXPECT_THROW(SurfaceRegistration(block.body, rest(), block.surface, ForceBasis(), {}), Error);
+    EXPECT_THROW(
+        SurfaceRegistration(block.body, rest(), block.surface, uniform, {.point_error_m = 0}),
+        Error);
+}
+
+}  // namespace
+}  // namespace livetet
