@@ -183,9 +183,9 @@ struct Maker {
         };
     }
 
-    /// The smaller of `length` and the edge length that a patch asks for at x. The distance from the
-    /// patch is that of the sphere and that of the surface, as if they met at a right angle; the
-    /// search for the surface is left out where the first suffices.
+    /// The smaller of `length` and the edge length that a patch asks for at x. The distance from
+    /// the patch is that of the sphere and that of the surface, as if they met at a right angle;
+    /// the search for the surface is left out where the first suffices.
     double near_patch(const PatchGrading::Patch& patch, const Vector3& x, double edge_length_m,
                       double length) const {
         const auto& [patches, ratio, growth] = options.grading;

@@ -25,9 +25,9 @@ struct FineSphere {
 /// The wanted edge length at a position, both in metres. Empty: uniform.
 using EdgeLengthField = std::function<double(const Vector3&)>;
 
-/// Shorter edges on patches of the surface and near them, relative to those of the level: the number
-/// of tets is kept, and coarser levels are graded alike. With h the level's edge length and d the
-/// distance from the nearest patch, edges are min(h, ratio h + growth d).
+/// Shorter edges on patches of the surface and near them, relative to those of the level: the
+/// number of tets is kept, and coarser levels are graded alike. With h the level's edge length and
+/// d the distance from the nearest patch, edges are min(h, ratio h + growth d).
 struct PatchGrading {
     /// The part of the body's surface within a sphere, metres.
     struct Patch {

@@ -11,7 +11,7 @@
 namespace livetet {
 
 /// What a scene's mesh is graded by: patches of the body's surface that are moved. At the rim of a
-/// patch the displacement's gradient is unbounded, so that elements leave most of their error there.
+/// patch the displacement's gradient is unbounded: elements leave most of their error there.
 struct SceneGrading {
     struct GradedPatch {
         std::string key;  ///< in the scene, such as track.sensors[0].place_mm
@@ -24,8 +24,8 @@ struct SceneGrading {
     std::vector<PatchGrading::Patch> surface_patches() const;
     /// All that the mesh depends on, on one line.
     std::string text() const;
-    /// Throws Error, naming the key, if a sphere does not reach the body's surface. A sensor's place
-    /// may be off it by `farthest_from_body` even if the patch is smaller.
+    /// Throws Error, naming the key, if a patch's centre is farther from the body's surface than
+    /// its radius and `farthest_from_body`.
     void check(const TriangleMesh& body) const;
 };
 
@@ -38,9 +38,9 @@ SceneGrading grading_by(const Scene& scene);
 /// The same if mesh.grading says so, else none. Throws Error if it says so and there are none.
 SceneGrading grading_of(const Scene& scene);
 
-/// Mean length of the edges of a mesh's surface that cross the rim of a patch, m: those with one end
-/// within `radius` of `place` and the other beyond. If there are none, of the edges of the triangle
-/// nearest to the place.
+/// Mean length of the edges of a mesh's surface that cross the rim of a patch, m: those with one
+/// end within `radius` of `place` and the other beyond. If there are none, of the edges of the
+/// triangle nearest to the place.
 double edge_length_at_rim(const TetMesh& mesh, const Vector3& place, double radius);
 
 /// Expected error of the displacement near a patch that is due to the elements, relative to the
