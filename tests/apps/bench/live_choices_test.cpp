@@ -28,7 +28,7 @@ MeshHierarchy three_levels() {
         "a block");
 }
 
-Scene held_scene() {
+Scene scene_of_a_held_block() {
     Scene scene;
     scene.track.emplace();
     FixOptions fix;
@@ -46,14 +46,14 @@ TEST(LiveChoices, APressGoesInAndComesBackOnceASecond) {
 
 TEST(LiveChoices, TheBodyIsPressedAgainstWhatHoldsIt) {
     const TetMesh mesh = test::block({8, 4, 4}, size);
-    const LivePress press = live_press(held_scene(), mesh);
+    const LivePress press = live_press(scene_of_a_held_block(), mesh);
     EXPECT_NEAR((press.place - Vector3(0.2, 0.05, 0.05)).norm(), 0, 1e-9);
     EXPECT_NEAR(press.direction.x(), -1, 1e-6);
     EXPECT_NEAR(press.depth, 0.015, 1e-12);
     EXPECT_NEAR(press.radius, 0.015, 1e-12);
     TetMesh small = mesh;
     for (Vector3& x : small.nodes) x *= 0.1;
-    Scene scene = held_scene();
+    Scene scene = scene_of_a_held_block();
     scene.fix[0].half_space_mm = {0.1, 0, 0, 1, 0, 0};
     EXPECT_NEAR(live_press(scene, small).depth, 0.15 * 0.02, 1e-9) << "of 20 mm to the held face";
     scene.fix.clear();
