@@ -54,9 +54,9 @@ Measured Follower::judged_frame(const TrackerSample& sample, const FrameLimits& 
     if (!reference_) {  // same kernels, which agree with the plain path (LiveSolver tests)
         SolverOptions converged = scene_.solver;
         converged.kind = SolverKind::live;
-        reference_ = std::make_unique<DeformableBody>(
-            DistributedHierarchy{PETSC_COMM_SELF, body_.hierarchy},
-            elastic_model(scene_), scene_.time, converged);
+        reference_ =
+            std::make_unique<DeformableBody>(DistributedHierarchy{PETSC_COMM_SELF, body_.hierarchy},
+                                             elastic_model(scene_), scene_.time, converged);
     }
     const bool is_static = !scene_.time.is_dynamic();
     if (!is_static) reference_->copy_state(*body_.body);

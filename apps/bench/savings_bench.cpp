@@ -50,8 +50,7 @@ std::vector<Variant> variants_of(const Scene& scene) {
     const bool could_be_mixed = std::all_of(scene.materials.begin(), scene.materials.end(),
                                             [](const Material& m) { return m.poisson > 0; });
     force("pressures",
-          could_be_mixed &&
-              resolved_formulation(elastic_model(scene)) == Formulation::displacement,
+          could_be_mixed && resolved_formulation(elastic_model(scene)) == Formulation::displacement,
           [](Scene& s) { s.formulation = Formulation::mixed; });
     force("mass, velocities, damping", !scene.time.is_dynamic(), [&](Scene& s) {
         // As many steps, each long enough for the body to come to rest.

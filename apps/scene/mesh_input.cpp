@@ -93,11 +93,8 @@ LabelImage between_thresholds(const MeshSource& source, std::vector<std::string>
     return image;
 }
 
-}  // namespace
-
-MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progress,
-                       MeshingOptions options, const SceneGrading& grading) {
-    refuse_idle_keys(source);
+/// `grading` must outlive the options.
+void take_keys(const MeshSource& source, const SceneGrading& grading, MeshingOptions& options) {
     if (!grading.patches.empty()) {
         options.grading.patches = grading.surface_patches();
         options.check_surface = [&grading, before = options.check_surface](const TriangleMesh& s) {
@@ -113,6 +110,14 @@ MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progres
     options.edge_lengths_mm = source.edge_lengths_mm;
     options.voxel_mm = source.voxel_mm;
     options.smoothing_mm = source.smoothing_mm;
+}
+
+}  // namespace
+
+MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progress,
+                       MeshingOptions options, const SceneGrading& grading) {
+    refuse_idle_keys(source);
+    take_keys(source, grading, options);
     std::string from = image_filename(source.file).string();
     MeshedInput meshed;
     TriangleMesh surface;

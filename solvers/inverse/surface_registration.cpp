@@ -192,7 +192,8 @@ SurfaceRegistrationReport SurfaceRegistration::fit(std::span<const Vector3> poin
         if (took) {
             const double scale = matches.scale;
             matches = match();
-            // A cut step is no sign of an optimum. While s falls, J is another function at each iterate.
+            // A cut step is no sign of an optimum. While s falls, J is another function at each
+            // iterate.
             report.converged = step.size < options_.tolerance_m && matches.scale > 0.9 * scale;
         } else {
             report.converged = is_fresh_ && step.size < options_.tolerance_m;

@@ -16,8 +16,8 @@ namespace livetet {
 ///                          const Matrix& R, const Matrix& dF);
 ///     };
 ///
-/// and what LaneMixedLaw asks for; static functions, with Number and Matrix as below. Both are linear in the moduli, which come
-/// multiplied by the volume of the point.
+/// and what LaneMixedLaw asks for; static functions, with Number and Matrix as below. Both are
+/// linear in the moduli, which come multiplied by the volume of the point.
 template <class Law>
 class LaneLaw : public BatchLaw {
   public:

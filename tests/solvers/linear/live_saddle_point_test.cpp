@@ -1,5 +1,5 @@
-// LiveSaddlePoint: live frames of nearly incompressible bodies with pressures, against the plain path. On one rank:
-// there they live.
+// LiveSaddlePoint: live frames of nearly incompressible bodies, with pressures, against the plain
+// path. On one rank: there they live.
 
 #include <gtest/gtest.h>
 
@@ -143,9 +143,10 @@ TEST_P(LiveMixed, GoesOnWhereTheTangentIsNotPositive) {
 INSTANTIATE_TEST_SUITE_P(
     All, LiveMixed,
     testing::Values(MixedCase{"corotated", false, 0.4999}, MixedCase{"linear", false, 0.49},
-                    MixedCase{"neohookean", false, 0.499}, MixedCase{"mooney_rivlin", false, 0.4999},
-                    MixedCase{"corotated", true, 0.499}, MixedCase{"linear", true, 0.4999},
-                    MixedCase{"neohookean", true, 0.4999}, MixedCase{"mooney_rivlin", true, 0.49}),
+                    MixedCase{"neohookean", false, 0.499},
+                    MixedCase{"mooney_rivlin", false, 0.4999}, MixedCase{"corotated", true, 0.499},
+                    MixedCase{"linear", true, 0.4999}, MixedCase{"neohookean", true, 0.4999},
+                    MixedCase{"mooney_rivlin", true, 0.49}),
     [](const auto& info) {
         return std::string(info.param.model) +
                (info.param.has_ten_nodes ? "_ten_nodes" : "_four_nodes");
