@@ -95,6 +95,7 @@ std::string complete_scene() {
     scene.solver.time_limit_s = 60;
     TrackOptions& track = scene.track.emplace();
     track.sensors[0].patch_spread_mm = 2;
+    track.sensors[0].place_mm = Eigen::Vector3d(1, 2, 3);
     track.sensors[0].stiffness_N_per_m = 10;
     track.tools.emplace_back();
     static_cast<SelectionOptions&>(track.targets.emplace_back()) = nodes;
