@@ -29,6 +29,8 @@ class MatrixFreeCoupling {
     /// where f means nothing. v and f, three numbers a node, q and g scaled.
     void multiply(double factor, std::span<const double> v, std::span<const double> q,
                   std::span<double> f, std::span<double> g);
+    /// f = B^T q, zero at constrained components.
+    void multiply_transposed(std::span<const double> q, std::span<double> f);
 
     /// In one pass over the tets: f = the elastic force of `at`, N, of constrained components too;
     /// g = scale integral N_i theta.
@@ -38,7 +40,6 @@ class MatrixFreeCoupling {
                     std::span<double> f, std::span<double> g);
 
   private:
-    void multiply_transposed(std::span<const double> q, std::span<double> f);
     void clear();
     void give(std::span<double> f, std::span<double> g) const;
     void take_scaled(std::span<const double> q);

@@ -7,18 +7,15 @@
 
 namespace livetet {
 
-LiveSaddlePoint::LiveSaddlePoint(LiveSolver& inner, MatrixFreeCoupling& coupling, Mat blocks,
-                                 Mat minus_c, double scale)
-    : inner_(inner), coupling_(coupling), minus_c_(minus_c), scale_(scale) {
+LiveSaddlePoint::LiveSaddlePoint(LiveSolver& inner, PressureCoupling& coupling,
+                                 PetscHandle<KSP> schur)
+    : inner_(inner), coupling_(coupling), schur_(std::move(schur)) {
     displacements_ = static_cast<std::size_t>(3 * inner.fine().share().owned);
-    LIVETET_PETSC(MatCreateVecs(blocks, start_.out(), rest_.out()));
-    LIVETET_PETSC(MatCreateVecs(minus_c, q_.out(), cq_.out()));
-    for (auto& v : guesses_) LIVETET_PETSC(VecDuplicate(start_.get(), v.out()));
-    for (auto& v : images_) LIVETET_PETSC(VecDuplicate(start_.get(), v.out()));
-    PetscInt n = 0;
-    LIVETET_PETSC(VecGetLocalSize(start_.get(), &n));
-    image_.resize(static_cast<std::size_t>(n));
-    zero_.resize(image_.size() - displacements_);
+    LIVETET_PETSC(MatCreateVecs(coupling.minus_c(), q_.out(), cq_.out()));
+    zero_.resize(ReadArray(q_.get()).span().size());
+    image_.resize(displacements_ + zero_.size());
+    force_.resize(displacements_);
+    const auto n = static_cast<PetscInt>(image_.size());
     MPI_Comm comm = inner.fine().share().comm;
     LIVETET_PETSC(MatCreateShell(comm, n, n, n, n, this, matrix_.out()));
     const auto multiply = [](Mat A, Vec x, Vec y) noexcept -> PetscErrorCode {
@@ -33,14 +30,46 @@ LiveSaddlePoint::LiveSaddlePoint(LiveSolver& inner, MatrixFreeCoupling& coupling
     LIVETET_PETSC(MatShellSetOperation(
         matrix_.get(), MATOP_MULT,
         reinterpret_cast<void (*)()>(static_cast<PetscErrorCode (*)(Mat, Vec, Vec)>(multiply))));
+    LIVETET_PETSC(MatCreateVecs(matrix_.get(), start_.out(), rest_.out()));
+    for (auto& v : guesses_) LIVETET_PETSC(VecDuplicate(start_.get(), v.out()));
+    for (auto& v : images_) LIVETET_PETSC(VecDuplicate(start_.get(), v.out()));
+}
+
+void LiveSaddlePoint::configure(PC pc) {
+    LIVETET_PETSC(PCSetType(pc, PCSHELL));
+    LIVETET_PETSC(PCShellSetName(pc, "block triangle of the live cycle and a pressure mass"));
+    LIVETET_PETSC(PCShellSetContext(pc, this));
+    const auto apply = [](PC shell, Vec r, Vec z) noexcept -> PetscErrorCode {
+        return in_callback([&] {
+            LiveSaddlePoint* self = nullptr;
+            LIVETET_PETSC(PCShellGetContext(shell, static_cast<void*>(&self)));
+            const ReadArray from(r);
+            WriteArray to(z);
+            self->precondition(from.span(), to.span());
+        });
+    };
+    LIVETET_PETSC(PCShellSetApply(pc, apply));
+}
+
+void LiveSaddlePoint::precondition(std::span<const double> r, std::span<double> z) {
+    const auto z_p = z.subspan(displacements_);
+    LIVETET_PETSC(VecPlaceArray(cq_.get(), r.subspan(displacements_).data()));
+    LIVETET_PETSC(VecPlaceArray(q_.get(), z_p.data()));
+    LIVETET_PETSC(KSPSolve(schur_.get(), cq_.get(), q_.get()));
+    LIVETET_PETSC(VecResetArray(cq_.get()));
+    LIVETET_PETSC(VecResetArray(q_.get()));
+    coupling_.matrix_free()->multiply_transposed(z_p, force_);
+    for (std::size_t i = 0; i < displacements_; ++i) force_[i] = r[i] - force_[i];
+    inner_.cycle(force_, z.first(displacements_));
 }
 
 void LiveSaddlePoint::multiply(std::span<const double> x, std::span<double> y) {
     const auto q = x.subspan(displacements_);
     const auto g = y.subspan(displacements_);
-    inner_.multiply_mixed(coupling_, x.first(displacements_), q, y.first(displacements_), g);
+    inner_.multiply_mixed(*coupling_.matrix_free(), x.first(displacements_), q,
+                          y.first(displacements_), g);
     LIVETET_PETSC(VecPlaceArray(q_.get(), q.data()));
-    LIVETET_PETSC(MatMult(minus_c_, q_.get(), cq_.get()));
+    LIVETET_PETSC(MatMult(coupling_.minus_c(), q_.get(), cq_.get()));
     LIVETET_PETSC(VecResetArray(q_.get()));
     const ReadArray c(cq_.get());
     for (std::size_t i = 0; i < g.size(); ++i) g[i] += c[i];
@@ -53,7 +82,8 @@ bool LiveSaddlePoint::start_from(std::span<const Unknowns> guesses, Vec b) {
             const ReadArray u(guesses[k].u), p(guesses[k].p);
             WriteArray x(guesses_[k].get());
             std::copy(u.span().begin(), u.span().end(), x.span().begin());
-            for (std::size_t i = 0; i < zero_.size(); ++i) x[displacements_ + i] = p[i] / scale_;
+            for (std::size_t i = 0; i < zero_.size(); ++i)
+                x[displacements_ + i] = p[i] / coupling_.scale();
         }
         LIVETET_PETSC(MatMult(matrix_.get(), guesses_[k].get(), images_[k].get()));
     }
@@ -84,7 +114,8 @@ bool LiveSaddlePoint::start_from(std::span<const Unknowns> guesses, Vec b) {
 bool LiveSaddlePoint::is_curved_down(std::span<const double> x) {
     const auto u = x.first(displacements_);
     const auto Ku = std::span(image_).first(displacements_);
-    inner_.multiply_mixed(coupling_, u, zero_, Ku, std::span(image_).subspan(displacements_));
+    inner_.multiply_mixed(*coupling_.matrix_free(), u, zero_, Ku,
+                          std::span(image_).subspan(displacements_));
     return std::inner_product(u.begin(), u.end(), Ku.begin(), 0.0) < 0;
 }
 

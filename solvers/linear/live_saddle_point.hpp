@@ -7,17 +7,18 @@
 
 namespace livetet {
 
-/// What live frames of the mixed form have beside a SaddlePointSolver's blocks: products of the
-/// whole operator, in one pass over the tets, and a start from earlier increments.
+/// What live frames of the mixed form have in place of a SaddlePointSolver's blocks: products of the
+/// whole operator, in one pass over the tets; the same preconditioner without PETSc's parts of
+/// vectors, which would allocate in each frame; and a start from earlier increments.
 class LiveSaddlePoint {
   public:
-    /// All must outlive this. `blocks`: the nest of [K B^T; B -C], of whose vectors products are
-    /// taken; `minus_c`: its last block; `scale`: see PressureCoupling.
-    LiveSaddlePoint(LiveSolver& inner, MatrixFreeCoupling& coupling, Mat blocks, Mat minus_c,
-                    double scale);
+    /// Both must outlive this. `schur`: -S^-1 of pressures, owned by it.
+    LiveSaddlePoint(LiveSolver& inner, PressureCoupling& coupling, PetscHandle<KSP> schur);
 
-    /// [K B^T; B -C].
+    /// [K B^T; B -C], of displacements and, behind them, scaled pressures.
     Mat matrix() const { return matrix_.get(); }
+    /// Makes `pc` the block triangle of SaddlePointSolver.
+    void configure(PC pc);
 
     /// start() = the combination of `guesses` whose residual b - A x has the least norm, rest() =
     /// that residual. Whether it is of use.
@@ -36,16 +37,16 @@ class LiveSaddlePoint {
   private:
     static constexpr int max_guesses = LinearSolver::max_guesses;
     void multiply(std::span<const double> x, std::span<double> y);
+    void precondition(std::span<const double> r, std::span<double> z);
 
     LiveSolver& inner_;
-    MatrixFreeCoupling& coupling_;
-    Mat minus_c_;
-    double scale_;
+    PressureCoupling& coupling_;
+    PetscHandle<KSP> schur_;
     std::size_t displacements_;  ///< components; pressures stand behind
     PetscHandle<Mat> matrix_;
     PetscHandle<Vec> q_, cq_;  ///< pressures of x, and -C times them
     PetscHandle<Vec> start_, rest_, guesses_[max_guesses], images_[max_guesses];
-    std::vector<double> zero_, image_;
+    std::vector<double> zero_, image_, force_;
 };
 
 }  // namespace livetet

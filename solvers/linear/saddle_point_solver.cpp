@@ -2,22 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "solvers/linear/live_saddle_point.hpp"
-#include "solvers/linear/unknown_parts.hpp"
 
 namespace livetet {
 
 namespace {
 
-/// Two Chebyshev steps on S, scaled by its diagonal. The KSP around `pc` would apply the exact
-/// Schur complement, so the steps are those of a PCKSP, which takes S.
-void configure_schur_inverse(PC pc) {
+/// Two Chebyshev steps on S, scaled by its diagonal.
+void configure_schur_steps(KSP ksp) {
     constexpr double largest = 2.5, smallest = 0.5;  // see PressureCoupling::minus_schur
     constexpr int steps = 2;
-    LIVETET_PETSC(PCSetType(pc, PCKSP));
-    KSP ksp = nullptr;
-    LIVETET_PETSC(PCKSPGetKSP(pc, &ksp));
     LIVETET_PETSC(KSPSetType(ksp, KSPCHEBYSHEV));
     LIVETET_PETSC(KSPChebyshevSetEigenvalues(ksp, largest, smallest));
     LIVETET_PETSC(KSPSetNormType(ksp, KSP_NORM_NONE));
@@ -25,6 +21,40 @@ void configure_schur_inverse(PC pc) {
     PC of_steps = nullptr;
     LIVETET_PETSC(KSPGetPC(ksp, &of_steps));
     LIVETET_PETSC(PCSetType(of_steps, PCJACOBI));
+}
+
+/// The KSP around `pc` would apply the exact Schur complement, so the steps are those of a PCKSP,
+/// which takes S.
+void configure_schur_inverse(PC pc) {
+    LIVETET_PETSC(PCSetType(pc, PCKSP));
+    KSP ksp = nullptr;
+    LIVETET_PETSC(PCKSPGetKSP(pc, &ksp));
+    configure_schur_steps(ksp);
+}
+
+PetscHandle<KSP> make_schur_steps(Mat minus_schur) {
+    PetscHandle<KSP> ksp;
+    LIVETET_PETSC(
+        KSPCreate(PetscObjectComm(reinterpret_cast<PetscObject>(minus_schur)), ksp.out()));
+    LIVETET_PETSC(KSPSetOperators(ksp.get(), minus_schur, minus_schur));
+    configure_schur_steps(ksp.get());
+    return ksp;
+}
+
+/// Displacements and pressures into one vector, and back: each rank's displacements stand before
+/// its pressures. (VecGetSubVector would allocate.)
+void join(Vec u, Vec p, Vec x) {
+    const ReadArray from_u(u), from_p(p);
+    WriteArray to(x);
+    std::copy(from_p.span().begin(), from_p.span().end(),
+              std::copy(from_u.span().begin(), from_u.span().end(), to.span().begin()));
+}
+void part(Vec x, Vec u, Vec p) {
+    const ReadArray from(x);
+    WriteArray to_u(u), to_p(p);
+    const auto count = static_cast<std::ptrdiff_t>(to_u.span().size());
+    std::copy_n(from.span().begin(), count, to_u.span().begin());
+    std::copy(from.span().begin() + count, from.span().end(), to_p.span().begin());
 }
 
 }  // namespace
@@ -47,14 +77,15 @@ SaddlePointSolver::SaddlePointSolver(std::unique_ptr<DisplacementSolver> inner, 
     LIVETET_PETSC(MatNestGetISs(matrix_.get(), fields, nullptr));
     fields_ = {fields[0], fields[1]};
     LIVETET_PETSC(MatCreateVecs(matrix_.get(), x_.out(), b_.out()));
-    if (auto* live = dynamic_cast<LiveSolver*>(inner_.get())) {
-        live_ = std::make_unique<LiveSaddlePoint>(*live, *coupling_->matrix_free(), matrix_.get(),
-                                                  coupling_->minus_c(), coupling_->scale());
-    }
+    if (auto* live = dynamic_cast<LiveSolver*>(inner_.get()))
+        live_ = std::make_unique<LiveSaddlePoint>(*live, *coupling_,
+                                                  make_schur_steps(coupling_->minus_schur()));
     make_krylov(comm);
 }
 
 SaddlePointSolver::~SaddlePointSolver() = default;
+
+Mat SaddlePointSolver::matrix() const { return live_ ? live_->matrix() : matrix_.get(); }
 
 void SaddlePointSolver::make_krylov(MPI_Comm comm) {
     read_user_tolerances();
@@ -62,10 +93,15 @@ void SaddlePointSolver::make_krylov(MPI_Comm comm) {
     KSP ksp = krylov_.get();
     LIVETET_PETSC(KSPSetType(ksp, KSPFGMRES));
     LIVETET_PETSC(KSPGMRESSetRestart(ksp, 60));
-    LIVETET_PETSC(KSPSetOperators(ksp, live_ ? live_->matrix() : matrix_.get(), matrix_.get()));
+    LIVETET_PETSC(KSPSetOperators(ksp, matrix(), matrix()));
     stopping_.install(ksp);
     PC pc = nullptr;
     LIVETET_PETSC(KSPGetPC(ksp, &pc));
+    if (live_) {
+        live_->configure(pc);
+        take_options(ksp);
+        return;
+    }
     LIVETET_PETSC(PCSetType(pc, PCFIELDSPLIT));
     LIVETET_PETSC(PCFieldSplitSetIS(pc, "displacement", fields_.displacement));
     LIVETET_PETSC(PCFieldSplitSetIS(pc, "pressure", fields_.pressure));
@@ -112,6 +148,7 @@ RenewalExtent SaddlePointSolver::renew(const Configuration& at, const OperatorTe
                                        RenewalExtent wanted) {
     const RenewalExtent renewed = inner_->renew_operators(at, terms, wanted);
     coupling_->assemble(at);
+    if (live_) return renewed;
     LIVETET_PETSC(MatAssemblyBegin(matrix_.get(), MAT_FINAL_ASSEMBLY));
     LIVETET_PETSC(MatAssemblyEnd(matrix_.get(), MAT_FINAL_ASSEMBLY));
     if (!is_connected_) connect_inner();
@@ -122,11 +159,11 @@ LinearReport SaddlePointSolver::solve(Vec b_u, Vec b_p, Vec x_u, Vec x_p,
                                       const LinearControls& controls,
                                       std::span<const Unknowns> guesses) {
     const LinearControls asked = set_tolerances(controls);
+    join(b_u, b_p, b_.get());
     {
-        const UnknownParts b(*this, b_.get());
-        LIVETET_PETSC(VecCopy(b_u, b.u));
-        LIVETET_PETSC(VecCopy(b_p, b.p));
-        LIVETET_PETSC(VecScale(b.p, -1));  // B du - C dp = -g
+        WriteArray b(b_.get());  // B du - C dp = -g
+        const auto pressures = b.span().subspan(3 * static_cast<std::size_t>(fine().share().owned));
+        for (double& g : pressures) g = -g;
     }
     LinearReport report;
     PetscReal size = 0;
@@ -137,12 +174,8 @@ LinearReport SaddlePointSolver::solve(Vec b_u, Vec b_p, Vec x_u, Vec x_p,
     finish_report(krylov_.get(), report);
     report.iterations = iterations;
     if (live_) report.error = error_of(report.residual, size);
-    {
-        const UnknownParts x(*this, x_.get());
-        LIVETET_PETSC(VecCopy(x.u, x_u));
-        LIVETET_PETSC(VecCopy(x.p, x_p));
-        LIVETET_PETSC(VecScale(x_p, coupling_->scale()));
-    }
+    part(x_.get(), x_u, x_p);
+    LIVETET_PETSC(VecScale(x_p, coupling_->scale()));
     return report;
 }
 
@@ -169,10 +202,11 @@ int SaddlePointSolver::run_live(const LinearControls& asked, double allowed,
 
 double SaddlePointSolver::error_of(double residual, double size) {
     if (size <= 0) return 0;
-    const UnknownParts x(*this, x_.get());
-    PetscReal length = 0;
-    LIVETET_PETSC(VecNorm(x.u, NORM_2, &length));
-    return length / std::sqrt(fine().share().owned) * residual / size;
+    const auto nodes = static_cast<std::size_t>(fine().share().owned);
+    const ReadArray x(x_.get());
+    const auto u = x.span().first(3 * nodes);
+    const double length = std::sqrt(std::inner_product(u.begin(), u.end(), u.begin(), 0.0));
+    return length / std::sqrt(nodes) * residual / size;
 }
 
 SolverCosts SaddlePointSolver::costs() const {

@@ -34,7 +34,7 @@ class SaddlePointSolver : public LinearSolver {
     void find_mass() override { inner_->find_mass(); }
     LinearReport solve(Vec b, Vec b_p, Vec x, Vec x_p, const LinearControls& controls,
                        std::span<const Unknowns> guesses) override;
-    Mat matrix() const override { return matrix_.get(); }
+    Mat matrix() const override;
     UnknownFields fields() const override { return fields_; }
     PressureCoupling* coupling() const override { return coupling_.get(); }
     SolverCosts costs() const override;
