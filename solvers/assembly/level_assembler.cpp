@@ -114,11 +114,18 @@ Eigen::AlignedBox3d LevelAssembler::bounding_box() const {
 std::vector<TetElement> LevelAssembler::elements() const {
     std::vector<TetElement> all;
     all.reserve(share_.tets.size());
+    const double modulus = least_mu();
     for (std::size_t e = 0; e < share_.tets.size(); ++e) {
         all.push_back(element(e));
-        if (is_mixed()) all.back().lambda = 0;
+        if (is_mixed()) all.back().lambda = matrix_ ? 0 : modulus;
     }
     return all;
+}
+
+double LevelAssembler::least_mu() const {
+    double least = std::numeric_limits<double>::max();
+    for (const Moduli& m : moduli_) least = std::min(least, m.mu);
+    return least;
 }
 
 void LevelAssembler::make_double_batches() {
@@ -147,19 +154,12 @@ void LevelAssembler::make_single_batches() {
         own = std::make_unique<PointwiseLaw>(PointwiseModels(std::move(moduli), moduli_of_tet_));
         law = own.get();
     }
-    // The volumes of the mixed form stand in the place of lambda (see MixedTets), times the least
-    // of the moduli: an operator of Hooke's law by these batches is that of a small Poisson's
-    // ratio, at which it still preconditions well.
-    std::vector<TetElement> elements = this->elements();
-    double modulus = std::numeric_limits<double>::max();
-    for (const Moduli& m : moduli_) modulus = std::min(modulus, m.mu);
-    if (is_mixed())
-        for (TetElement& e : elements) e.lambda = modulus;
     const auto make = [&](const auto& nodes) {
         constexpr int count = std::tuple_size_v<std::remove_cvref_t<decltype(nodes[0])>>;
         parts_ = part_batches(nodes, team_.size(), batch_width<float>);
         single_ = std::make_unique<SinglePrecisionBatches>(
-            TetBatches<float, count>(elements, nodes, parts_), *law, std::move(own), zeros, zeros);
+            TetBatches<float, count>(elements(), nodes, parts_), *law, std::move(own), zeros,
+            zeros);
     };
     // The preconditioner's operator is Hooke's law turned by the rotations, whatever the law.
     rotates_ = !is_linear_;
@@ -172,11 +172,11 @@ void LevelAssembler::make_single_batches() {
         make(nodes);
     }
     number_lanes();
-    if (is_mixed()) make_single_pressures(modulus);
+    if (is_mixed()) make_single_pressures();
 }
 
-void LevelAssembler::make_single_pressures(double modulus) {
-    single_->per_modulus = static_cast<float>(1 / modulus);
+void LevelAssembler::make_single_pressures() {
+    single_->per_modulus = static_cast<float>(1 / least_mu());
     single_->node_of_pressure.resize(pressure_->numbers.size());
     for (std::size_t e = 0; e < share_.tets.size(); ++e)
         for (int i = 0; i < 4; ++i)

@@ -82,8 +82,9 @@ class LevelAssembler {
     /// Gradients, volume and moduli of a local tet. Computed from the corner positions on each
     /// call; storing it would add a third to the level's memory.
     TetElement element(std::size_t e) const;
-    /// All of them, as the operator of the displacements has them: without lambda in the mixed
-    /// form.
+    /// All of them, as the operator of the displacements has them. In the mixed form without
+    /// lambda; in single precision with the least mu in its place, by which batches hold volumes
+    /// (see MixedTets): a preconditioner of that small Poisson's ratio does as well.
     std::vector<TetElement> elements() const;
     /// Of the nodes at rest, m, of the whole mesh. Collective.
     Eigen::AlignedBox3d bounding_box() const;
@@ -213,8 +214,9 @@ class LevelAssembler {
     bool is_batched() const;
     void make_double_batches();
     void make_single_batches();
-    /// Of the mixed form; `modulus`: by which the batches' volumes are multiplied, Pa.
-    void make_single_pressures(double modulus);
+    /// Of the mixed form.
+    void make_single_pressures();
+    double least_mu() const;
     /// The law of a level in single precision: that of its models if they share one, or one that
     /// calls the models.
     const BatchLaw* shared_law() const;

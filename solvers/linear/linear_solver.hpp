@@ -32,8 +32,7 @@ struct [[nodiscard]] LinearReport {
     double residual = 0;     ///< norm of the true residual, N
     bool converged = false;  ///< the tolerance was met
     bool cut_short = false;  ///< the deadline or the iterations allowed came first; x is usable
-    double error =
-        0;  ///< of x, m, RMS over the nodes, estimated from the iterations; live solver only
+    double error = 0;        ///< of x, m, RMS over the nodes, estimated; live solver only
     const char* reason = "";
 };
 
@@ -89,7 +88,7 @@ struct UnknownFields {
 
 /// The tangent operator A of a body on its finest mesh (see OperatorTerms), and a preconditioned
 /// Krylov solver for it. One class for each way to solve: MultigridSolver, AlgebraicSolver,
-/// LiveSolver, and SaddlePointSolver, which has one of the first two inside. To use it:
+/// LiveSolver, and SaddlePointSolver, which has one of them inside. To use it:
 ///
 ///     solver.set_constrained(...);                            // these three when they change
 ///     solver.set_springs(...);

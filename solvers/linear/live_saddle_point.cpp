@@ -12,8 +12,8 @@ LiveSaddlePoint::LiveSaddlePoint(LiveSolver& inner, PressureCoupling& coupling,
     : inner_(inner), coupling_(coupling), schur_(std::move(schur)) {
     displacements_ = static_cast<std::size_t>(3 * inner.fine().share().owned);
     LIVETET_PETSC(MatCreateVecs(coupling.minus_c(), q_.out(), cq_.out()));
-    zero_.resize(ReadArray(q_.get()).span().size());
-    image_.resize(displacements_ + zero_.size());
+    no_pressures_.resize(ReadArray(q_.get()).span().size());
+    image_.resize(displacements_ + no_pressures_.size());
     force_.resize(displacements_);
     const auto n = static_cast<PetscInt>(image_.size());
     MPI_Comm comm = inner.fine().share().comm;
@@ -82,7 +82,7 @@ bool LiveSaddlePoint::start_from(std::span<const Unknowns> guesses, Vec b) {
             const ReadArray u(guesses[k].u), p(guesses[k].p);
             WriteArray x(guesses_[k].get());
             std::copy(u.span().begin(), u.span().end(), x.span().begin());
-            for (std::size_t i = 0; i < zero_.size(); ++i)
+            for (std::size_t i = 0; i < no_pressures_.size(); ++i)
                 x[displacements_ + i] = p[i] / coupling_.scale();
         }
         LIVETET_PETSC(MatMult(matrix_.get(), guesses_[k].get(), images_[k].get()));
@@ -112,11 +112,18 @@ bool LiveSaddlePoint::start_from(std::span<const Unknowns> guesses, Vec b) {
 }
 
 bool LiveSaddlePoint::is_curved_down(std::span<const double> x) {
-    const auto u = x.first(displacements_);
-    const auto Ku = std::span(image_).first(displacements_);
-    inner_.multiply_mixed(*coupling_.matrix_free(), u, zero_, Ku,
-                          std::span(image_).subspan(displacements_));
-    return std::inner_product(u.begin(), u.end(), Ku.begin(), 0.0) < 0;
+    const auto u = x.first(displacements_), q = x.subspan(displacements_);
+    const auto Ku = std::span(image_).first(displacements_),
+               Bu = std::span(image_).subspan(displacements_);
+    const auto dot = [](std::span<const double> a, std::span<const double> b) {
+        return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+    };
+    inner_.multiply_mixed(*coupling_.matrix_free(), u, no_pressures_, Ku, Bu);
+    LIVETET_PETSC(VecPlaceArray(q_.get(), q.data()));
+    LIVETET_PETSC(MatMult(coupling_.minus_c(), q_.get(), cq_.get()));
+    LIVETET_PETSC(VecResetArray(q_.get()));
+    const double of_volume = dot(q, Bu), qCq = -dot(q, ReadArray(cq_.get()).span());
+    return dot(u, Ku) + (qCq > 0 ? of_volume * of_volume / qCq : 0) < 0;
 }
 
 }  // namespace livetet

@@ -27,9 +27,13 @@ class LiveSaddlePoint {
     Vec rest() const { return rest_.get(); }
 
     /// Whether products are of a law whose tangent need not be positive.
-    bool may_curve_down() const { return inner_.takes_law() && !inner_.fine().has_hooke_batches(); }
-    /// Whether the law's tangent has negative curvature along x, displacements and pressures: then
-    /// x may lead uphill.
+    bool may_curve_down() const {
+        const LevelAssembler& fine = inner_.fine();
+        return inner_.takes_law() && !fine.has_hooke_batches() && !fine.is_linear();
+    }
+    /// Whether the energy's curvature along x is negative: then x may lead uphill. With pressures
+    /// eliminated it is u K u + (B u) C^-1 (B u), at least u K u + (q B u)^2 / (q C q) for the
+    /// pressures q of x (Cauchy and Schwarz).
     bool is_curved_down(std::span<const double> x);
     /// From now to the next renewal, K is Hooke's law turned by each tet, which is positive.
     void take_positive() { inner_.take_positive(); }
@@ -46,7 +50,7 @@ class LiveSaddlePoint {
     PetscHandle<Mat> matrix_;
     PetscHandle<Vec> q_, cq_;  ///< pressures of x, and -C times them
     PetscHandle<Vec> start_, rest_, guesses_[max_guesses], images_[max_guesses];
-    std::vector<double> zero_, image_, force_;
+    std::vector<double> no_pressures_, image_, force_;
 };
 
 }  // namespace livetet

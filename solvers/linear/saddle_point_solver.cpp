@@ -10,6 +10,9 @@ namespace livetet {
 
 namespace {
 
+/// Iterations of FGMRES before it forgets its directions, in live frames.
+constexpr int live_restart = 30;
+
 /// Two Chebyshev steps on S, scaled by its diagonal.
 void configure_schur_steps(KSP ksp) {
     constexpr double largest = 2.5, smallest = 0.5;  // see PressureCoupling::minus_schur
@@ -97,7 +100,9 @@ void SaddlePointSolver::make_krylov(MPI_Comm comm) {
     stopping_.install(ksp);
     PC pc = nullptr;
     LIVETET_PETSC(KSPGetPC(ksp, &pc));
-    if (live_) {
+    if (live_) {  // frames allocate nothing
+        LIVETET_PETSC(KSPGMRESSetRestart(ksp, live_restart));
+        LIVETET_PETSC(KSPGMRESSetPreAllocateVectors(ksp));
         live_->configure(pc);
         take_options(ksp);
         return;
@@ -182,9 +187,11 @@ LinearReport SaddlePointSolver::solve(Vec b_u, Vec b_p, Vec x_u, Vec x_p,
 int SaddlePointSolver::run(Vec b, const LinearControls& controls, double allowed) {
     PetscInt iterations = 0;
     LIVETET_PETSC(VecSet(x_.get(), 0));
-    stopping_.begin(controls, allowed);
+    // Else the tolerances that PETSc was told hold, in the norm of the user's Krylov method.
+    const bool is_judged = live_ || controls.deadline;
+    if (is_judged) stopping_.begin(controls, allowed);
     LIVETET_PETSC(KSPSolve(krylov_.get(), b, x_.get()));
-    (void)stopping_.end();
+    if (is_judged) (void)stopping_.end();
     LIVETET_PETSC(KSPGetIterationNumber(krylov_.get(), &iterations));
     return static_cast<int>(iterations);
 }
@@ -192,12 +199,14 @@ int SaddlePointSolver::run(Vec b, const LinearControls& controls, double allowed
 int SaddlePointSolver::run_live(const LinearControls& asked, double allowed,
                                 std::span<const Unknowns> guesses) {
     const bool started = !guesses.empty() && live_->start_from(guesses, b_.get());
-    int iterations = run(started ? live_->rest() : b_.get(), asked, allowed);
+    const int iterations = run(started ? live_->rest() : b_.get(), asked, allowed);
     if (started) LIVETET_PETSC(VecAXPY(x_.get(), 1, live_->start()));
     if (!live_->may_curve_down() || !live_->is_curved_down(ReadArray(x_.get()).span()))
         return iterations;
     live_->take_positive();
-    return iterations + run(b_.get(), asked, allowed);
+    // As many again, whatever the clock says: a replay, which is told their number, does the same.
+    (void)run(b_.get(), {asked.relative_tolerance, std::max(iterations, 1)}, allowed);
+    return iterations;
 }
 
 double SaddlePointSolver::error_of(double residual, double size) {
@@ -216,6 +225,12 @@ SolverCosts SaddlePointSolver::costs() const {
     all.pressures += costs_.pressures;
     all.preconditioner += costs_.preconditioner;
     return all;
+}
+
+double SaddlePointSolver::bytes_of_update() const { return inner_->bytes_of_update(); }
+
+double SaddlePointSolver::bytes_of_solve(double iterations) const {
+    return inner_->bytes_of_solve(iterations);
 }
 
 std::string SaddlePointSolver::name() const {

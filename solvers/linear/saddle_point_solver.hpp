@@ -38,6 +38,9 @@ class SaddlePointSolver : public LinearSolver {
     UnknownFields fields() const override { return fields_; }
     PressureCoupling* coupling() const override { return coupling_.get(); }
     SolverCosts costs() const override;
+    /// Of the displacements' part.
+    double bytes_of_update() const override;
+    double bytes_of_solve(double iterations) const override;
 
   private:
     RenewalExtent renew(const Configuration& at, const OperatorTerms& terms,
@@ -51,7 +54,8 @@ class SaddlePointSolver : public LinearSolver {
 
     /// One run of the Krylov solver from x_ = 0; returns its iterations.
     int run(Vec b, const LinearControls& controls, double allowed);
-    /// The same around a LiveSolver, of A x = b_, from guesses where they are of use.
+    /// The same around a LiveSolver, of A x = b_, from guesses where they are of use. Where Hooke's
+    /// law takes the place of a tangent, as many iterations again; returns the number of one run.
     int run_live(const LinearControls& asked, double allowed, std::span<const Unknowns> guesses);
     /// An estimate of the error of x_, m, RMS over the nodes: its length times the share of the
     /// right-hand side that is left.
