@@ -13,6 +13,30 @@ namespace {
 
 constexpr std::string_view blanks = " \t\r\n";
 
+/// Bytes of the UTF-8 character that `text` begins with; 0 if it begins with none (RFC 3629,
+/// section 4).
+std::size_t character_length(std::string_view text) {
+    const auto byte = [&](std::size_t n) {
+        return n < text.size() ? static_cast<unsigned char>(text[n]) : 0;
+    };
+    const int first = byte(0), second = byte(1);
+    if (first < 0x80) return 1;
+    if (first < 0xC2 || first > 0xF4) return 0;
+    const std::size_t length = first < 0xE0 ? 2 : first < 0xF0 ? 3 : 4;
+    for (std::size_t n = 1; n < length; ++n)
+        if ((byte(n) & 0xC0) != 0x80) return 0;
+    const bool overlong = (first == 0xE0 && second < 0xA0) || (first == 0xF0 && second < 0x90),
+               surrogate = first == 0xED && second > 0x9F, beyond = first == 0xF4 && second > 0x8F;
+    return overlong || surrogate || beyond ? 0 : length;
+}
+
+/// Whether a character is one of C0, DEL or C1 (U+0080 to U+009F).
+bool is_control(std::string_view character) {
+    const auto first = static_cast<unsigned char>(character[0]);
+    return first < ' ' || first == 0x7F ||
+           (first == 0xC2 && static_cast<unsigned char>(character[1]) < 0xA0);
+}
+
 }  // namespace
 
 std::string_view trim(std::string_view text) {
@@ -122,6 +146,18 @@ std::optional<std::vector<std::string>> split_csv(std::string_view line) {
         if (at >= line.size()) return cells;
         ++at;
     }
+}
+
+std::string printable_text(std::string_view text, std::size_t max_bytes) {
+    std::string printable;
+    while (!text.empty()) {
+        const std::size_t length = character_length(text);
+        const bool shown = length > 0 && !is_control(text.substr(0, length));
+        if (printable.size() + (shown ? length : 1) > max_bytes) break;
+        printable += shown ? text.substr(0, length) : "?";
+        text.remove_prefix(std::max<std::size_t>(length, 1));
+    }
+    return printable;
 }
 
 std::string without_addresses(const std::string& text) {

@@ -34,6 +34,10 @@ std::string lower(std::string_view text);
 /// The file extension in lower case: ".mha"; the last two if the last is ".gz": ".nii.gz".
 std::string ending(const std::filesystem::path& path);
 
+/// At most `max_bytes` of a file's text, cut between characters, for a terminal: '?' for each
+/// control character and each byte that is no UTF-8.
+std::string printable_text(std::string_view text, std::size_t max_bytes);
+
 /// `text` without addresses such as " (0x55d0c8)", which libraries put in their messages.
 std::string without_addresses(const std::string& text);
 

@@ -17,5 +17,23 @@ TEST(Text, TheFirstDifferenceIsOfLinesThatStandInEachOthersPlace) {
     EXPECT_EQ(first_difference(scene, scene), "was nothing, is nothing");
 }
 
+TEST(Text, IsPrintableWithoutControlsAndInvalidBytes) {
+    const auto printable = [](std::string_view text) { return printable_text(text, 64); };
+    EXPECT_EQ(printable("Liver, left"), "Liver, left");
+    EXPECT_EQ(printable("Läsion 肝臓 🫀"), "Läsion 肝臓 🫀");
+    EXPECT_EQ(printable("a\x1b[31mb\n\x7f"), "a?[31mb??");
+    EXPECT_EQ(printable("\xc2\x9b"
+                        "2J\xc2\xa9"),
+              "?2J\xc2\xa9");                          // CSI, then a sign
+    EXPECT_EQ(printable("L\xe4sion"), "L?sion");       // Latin-1
+    EXPECT_EQ(printable("\xc0\xaf"), "??");            // overlong
+    EXPECT_EQ(printable("\xed\xa0\x80"), "???");       // a surrogate
+    EXPECT_EQ(printable("\xf4\x90\x80\x80"), "????");  // above U+10FFFF
+    EXPECT_EQ(printable("\xe8\x82"), "??");            // cut short
+    EXPECT_EQ(printable_text("aä", 2), "a");
+    EXPECT_EQ(printable_text("aä", 3), "aä");
+    EXPECT_EQ(printable_text("", 3), "");
+}
+
 }  // namespace
 }  // namespace livetet
