@@ -16,6 +16,9 @@ using Names = std::map<std::int32_t, std::string>;
 
 constexpr std::size_t max_listed = 20, max_name = 64;
 
+/// A name as messages and notes show it.
+std::string shown(std::string_view name) { return printable_text(name, max_name); }
+
 Names read_names(const Object& object) {
     const Sequence segments = sequence_of(object.header, tag::segment_sequence);
     Names names;
@@ -23,7 +26,7 @@ Names read_names(const Object& object) {
         const gdcm::DataSet& segment = item_of(segments, n);
         const std::optional<int> number = integer_of(segment, tag::segment_number);
         if (!number) fail("{}: segment {} of its list has no number", object.file.string(), n + 1);
-        const std::string name = text_of(segment, tag::segment_label).substr(0, max_name);
+        const std::string name = shown(text_of(segment, tag::segment_label));
         if (!names.emplace(*number, name).second)
             fail("{}: has two segments of number {}", object.file.string(), *number);
     }
@@ -47,25 +50,39 @@ std::string list_of(const Names& names) {
     return text;
 }
 
+/// The segment that a word of a choice names: its number, or its name in any case.
+std::int32_t segment_of(const std::string& word, const Names& names, const std::string& where) {
+    if (word.empty())
+        fail("{}: a segment is missing in the choice (after the '#'), expected of {}", where,
+             list_of(names));
+    const auto number = parse_index(word);
+    Names matching = names;
+    std::erase_if(matching, [&](const auto& segment) {
+        return number ? static_cast<std::size_t>(segment.first) != *number
+                      : lower(segment.second) != lower(shown(word));
+    });
+    if (matching.empty())
+        fail("{}: has no segment '{}' (after the '#'), expected of {}", where, shown(word),
+             list_of(names));
+    if (matching.size() > 1)
+        fail("{}: has {} segments '{}', choose by number: {}", where, matching.size(), shown(word),
+             list_of(matching));
+    return matching.begin()->first;
+}
+
 /// The numbers of the chosen segments, in the order of the choice; all without one.
 std::vector<std::int32_t> chosen_of(const Names& names, const std::string& choice,
                                     const std::string& where) {
     std::vector<std::int32_t> chosen;
-    if (choice.empty())
+    if (choice.empty()) {
         for (const auto& [number, name] : names) chosen.push_back(number);
-    for (std::size_t at = 0; at < choice.size();) {
+        return chosen;
+    }
+    for (std::size_t at = 0; at <= choice.size();) {
         const std::size_t end = std::min(choice.find(',', at), choice.size());
-        const std::string word(trim(std::string_view(choice).substr(at, end - at)));
+        chosen.push_back(segment_of(
+            std::string(trim(std::string_view(choice).substr(at, end - at))), names, where));
         at = end + 1;
-        const auto number = parse_index(word);
-        const auto found = std::find_if(names.begin(), names.end(), [&](const auto& segment) {
-            return number ? static_cast<std::size_t>(segment.first) == *number
-                          : lower(segment.second) == lower(word);
-        });
-        if (found == names.end())
-            fail("{}: has no segment '{}' (after the '#'), expected of {}", where, word,
-                 list_of(names));
-        chosen.push_back(found->first);
     }
     return chosen;
 }
@@ -77,12 +94,13 @@ class LabelWriter {
         : slice_(static_cast<std::size_t>(grid.size[0]) * grid.size[1]),
           labels_(slice_ * grid.size[2]) {}
 
-    /// Sets `label` in the voxels of a slice where inside(n) holds for pixel n.
-    template <class Inside>
-    void add(int slice, std::uint16_t label, const Inside& inside) {
+    /// Sets the voxels of a slice to label_of(n) for pixel n, but where that is 0.
+    template <class LabelOf>
+    void add(int slice, const LabelOf& label_of) {
         std::uint16_t* to = labels_.data() + slice * slice_;
         for (std::size_t n = 0; n < slice_; ++n) {
-            if (!inside(n)) continue;
+            const std::uint16_t label = label_of(n);
+            if (label == 0) continue;
             if (to[n] != 0 && to[n] != label) ++overlaps_[{to[n], label}];
             to[n] = label;
         }
@@ -108,25 +126,33 @@ void add_frames(const Object& object, const Frames& frames, const Stack& stack,
         for (int n = 0; n < object.frames; ++n) {
             if (frames.segments[n] != segment) continue;
             pixels.read(n, values);
-            writer.add(stack.slice_of_plane[n], static_cast<std::uint16_t>(segment),
-                       [&](std::size_t v) { return values[v] >= threshold; });
+            writer.add(stack.slice_of_plane[n], [&](std::size_t v) {
+                return static_cast<std::uint16_t>(values[v] >= threshold ? segment : 0);
+            });
         }
 }
 
 /// Frames whose values are segment numbers: LABELMAP.
 void add_label_frames(const Object& object, const Names& names, const Stack& stack,
                       std::span<const std::int32_t> chosen, LabelWriter& writer) {
+    enum class Label : std::uint8_t { unknown, listed, chosen };
+    std::vector<Label> labels(std::size_t(1) << 16, Label::unknown);  // numbers have 16 bits
+    labels[0] = Label::listed;
+    for (const auto& [number, name] : names) labels[number] = Label::listed;
+    for (const std::int32_t segment : chosen) labels[segment] = Label::chosen;
     const Pixels pixels(object);
     std::vector<double> values;
     for (int n = 0; n < object.frames; ++n) {
         pixels.read(n, values);
-        for (const double v : values)
-            if (v != 0 && !names.contains(static_cast<std::int32_t>(v)))
+        writer.add(stack.slice_of_plane[n], [&](std::size_t v) {
+            const double value = values[v];
+            const bool fits = value >= 0 && value < static_cast<double>(labels.size());
+            const auto number = static_cast<std::uint16_t>(fits ? value : 0);
+            if (!fits || labels[number] == Label::unknown)
                 fail("{}: has label {:g}, which no segment of its list has, expected {}",
-                     object.name(n), v, list_of(names));
-        for (const std::int32_t segment : chosen)
-            writer.add(stack.slice_of_plane[n], static_cast<std::uint16_t>(segment),
-                       [&](std::size_t v) { return values[v] == segment; });
+                     object.name(n), value, list_of(names));
+            return labels[number] == Label::chosen ? number : std::uint16_t{0};
+        });
     }
 }
 

@@ -306,6 +306,34 @@ TEST(DicomSegmentation, OverlappingSegmentsNeedAChoice) {
     EXPECT_TRUE(says(error_of([&] { labels("3"); }), {"'3'", "1 \"Liver\", 2 \"Tumour\""}));
 }
 
+TEST(DicomSegmentation, NamesThatDoNotChooseOneSegmentAreRefused) {
+    const fs::path path = fresh_folder() / "s.dcm";
+    Segmentation s;
+    s.names = {"Lesion", "Liver", "lesion"};
+    s.frames = {{1, 30, pixels_at({3})}, {3, 30, pixels_at({5})}};
+    write_segmentation(path, s);
+    const auto read = [&](const std::string& choice) {
+        return read_label_image(path.string() + "#" + choice);
+    };
+    EXPECT_TRUE(says(error_of([&] { read("Lesion"); }),
+                     {"2 segments 'Lesion'", "by number", "1 \"Lesion\", 3 \"lesion\""}));
+    EXPECT_EQ(read("3").values[5], 3);
+    for (const char* choice : {"1,,2", "1,", ",1", "1, ,2", ","})
+        EXPECT_TRUE(says(error_of([&] { read(choice); }), {"missing in the choice", "2 \"Liver\""}))
+            << choice;
+}
+
+TEST(DicomSegmentation, NamesAreShownWithoutControlCharacters) {
+    const fs::path path = fresh_folder() / "s.dcm";
+    Segmentation s;
+    s.names = {"\x1b$B4N", std::string(63, 'a') + "ä" + "b"};
+    s.frames = {{1, 30, pixels_at({3})}};
+    write_segmentation(path, s);
+    EXPECT_EQ(read_volume(path).label_names,
+              (std::map<std::int32_t, std::string>{{1, "?$B4N"}, {2, std::string(63, 'a')}}));
+    EXPECT_EQ(read_label_image(path.string() + "#" + s.names[1]).values[3], 0);
+}
+
 TEST(DicomSegmentation, FractionsCountFromOneHalf) {
     const fs::path path = fresh_folder() / "s.dcm";
     Segmentation s;
@@ -330,6 +358,9 @@ TEST(DicomSegmentation, LabelMapsHoldSegmentNumbers) {
     EXPECT_EQ(values[3], 1);
     EXPECT_EQ(values[16], 2);
     EXPECT_EQ(std::count(values.begin(), values.end(), 0), 22);
+    const auto second = read_label_image(path.string() + "#2").values;
+    EXPECT_EQ(second[3], 0);
+    EXPECT_EQ(second[16], 2);
     s.frames[1].pixels = pixels_at({4}, 9);
     write_segmentation(path, s);
     EXPECT_TRUE(says(error_of([&] { read_label_image(path); }), {"frame 2", "label 9"}));
