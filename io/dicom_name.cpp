@@ -29,7 +29,8 @@ fs::path without_last_slash(const fs::path& path) {
 DicomName split(const fs::path& path) {
     const std::string text = path.string();
     const std::size_t sign = text.rfind('#');
-    if (sign == std::string::npos || sign == 0 || is_there(path))
+    if (sign == std::string::npos || sign == 0 || is_there(path) ||
+        text.find('/', sign) != std::string::npos)  // it belongs to a folder's name
         return {without_last_slash(path), {}};
     const fs::path place = text.substr(0, sign);
     if (!is_there(place) && !ends_as_dicom(place)) return {without_last_slash(path), {}};
@@ -72,6 +73,11 @@ fs::path image_filename(const fs::path& path) {
     if (!name) return path.filename();
     const std::string file = name->place.filename().string();
     return name->choice.empty() ? file : file + '#' + name->choice;
+}
+
+fs::path derived_filename(const fs::path& path, const std::string& extension) {
+    if (is_folder(image_place(path))) return image_filename(path).string() + extension;
+    return image_place(path).filename().replace_extension(extension);
 }
 
 }  // namespace livetet

@@ -31,4 +31,9 @@ std::filesystem::path image_place(const std::filesystem::path& path);
 /// "study/ct/#4".
 std::filesystem::path image_filename(const std::filesystem::path& path);
 
+/// That name with another extension, for a file made from `path`: "ball.failed.stl" of "ball.stl".
+/// A folder's name and a choice of a series stay whole: "1.2.84#4.failed.stl" of "study/1.2.84/#4".
+std::filesystem::path derived_filename(const std::filesystem::path& path,
+                                       const std::string& extension);
+
 }  // namespace livetet

@@ -13,6 +13,7 @@
 #include "base/stopwatch.hpp"
 #include "geometry/transform.hpp"
 #include "image/mask_selection.hpp"
+#include "io/dicom_name.hpp"
 #include "io/gmsh_file.hpp"
 #include "io/hierarchy_file.hpp"
 #include "io/image_file.hpp"
@@ -153,8 +154,7 @@ MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progre
     try {
         return log_notes(std::move(mesh_input(source, progress, {}, grading).result));
     } catch (const MeshingFailure& failure) {
-        fail_with_surface(failure, source.file.filename().replace_extension(".failed.stl"),
-                          source.file);
+        fail_with_surface(failure, derived_filename(source.file, ".failed.stl"), source.file);
     }
 #else
     (void)progress;
