@@ -83,8 +83,9 @@ void check_not_shifted(std::span<const Plane> planes, const std::vector<std::siz
             planes[order.back()].name, sideways, planes[order.front()].name);
 }
 
-/// The grid of `slices` planes from the lowest on.
-ImageGrid grid_of(const Plane& lowest, int slices, double step, const std::string& where) {
+/// The grid of `slices` planes from the lowest on; `step`: from slice to slice, mm (LPS).
+ImageGrid grid_of(const Plane& lowest, int slices, const Eigen::Vector3d& step,
+                  const std::string& where) {
     checked_voxel_count({lowest.size[0], lowest.size[1], slices}, where);
     ImageGrid grid{{lowest.size[0], lowest.size[1], slices}};
     const Eigen::Array3d metres_ras_from_lps_mm(-1e-3, -1e-3, 1e-3);
@@ -93,7 +94,7 @@ ImageGrid grid_of(const Plane& lowest, int slices, double step, const std::strin
     };
     set_column(0, lowest.spacing[0] * lowest.row);
     set_column(1, lowest.spacing[1] * lowest.column);
-    set_column(2, step * normal_of(lowest));
+    set_column(2, step);
     set_column(3, lowest.position);
     check_spans_space(grid.ras_from_voxel, where, "Image Orientation (Patient)");
     return grid;
@@ -177,14 +178,14 @@ Stack stack_image(std::span<const Plane> planes, const std::string& where) {
     check_alike(planes);
     const std::vector<double> depths = depths_of(planes);
     const std::vector<std::size_t> order = order_of(depths);
-    double step = 0;
+    Eigen::Vector3d step;
     if (planes.size() == 1) {
-        step = step_of_one(planes.front(), where);
+        step = step_of_one(planes.front(), where) * normal_of(planes.front());
     } else {
         check_not_shifted(planes, order);
         check_even(planes, order, depths);
-        step =
-            (depths[order.back()] - depths[order.front()]) / static_cast<double>(planes.size() - 1);
+        step = (planes[order.back()].position - planes[order.front()].position) /
+               static_cast<double>(planes.size() - 1);
     }
     Stack stack;
     stack.grid = grid_of(planes[order.front()], static_cast<int>(planes.size()), step, where);
@@ -221,8 +222,11 @@ Stack stack_segmentation(std::span<const Plane> planes, const std::string& where
                  step);
         stack.slice_of_plane[order[n]] = static_cast<int>(slice);
     }
-    if (slice > 0) step = height / slice;
-    stack.grid = grid_of(planes[order.front()], static_cast<int>(slice) + 1, step, where);
+    const Plane &lowest = planes[order.front()], &highest = planes[order.back()];
+    const Eigen::Vector3d step_vector =
+        slice > 0 ? Eigen::Vector3d((highest.position - lowest.position) / slice)
+                  : Eigen::Vector3d(step * normal_of(lowest));
+    stack.grid = grid_of(lowest, static_cast<int>(slice) + 1, step_vector, where);
     return stack;
 }
 

@@ -24,7 +24,8 @@ struct Plane {
     std::optional<double> thickness;   ///< Slice Thickness, if stated
 };
 
-/// Grid of stacked planes, and the slice (k) of each plane. The k axis runs along row x column.
+/// Grid of stacked planes, and the slice (k) of each plane. The k axis runs from the
+/// lowest to the highest position along row x column.
 struct Stack {
     ImageGrid grid;
     std::vector<int> slice_of_plane;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include "files.hpp"
@@ -60,6 +61,26 @@ TEST(DicomPlanes, SpacingsThatDriftAreUneven) {
     std::vector<double> z{0};
     for (int n = 1; n < 60; ++n) z.push_back(z.back() + (n < 30 ? 1.0 : 1.05));
     EXPECT_TRUE(says(error_of([&] { stack_image(planes_at(z), "ct"); }), {"evenly spaced"}));
+}
+
+TEST(DicomPlanes, AShiftThatIsAcceptedIsKept) {
+    std::vector<double> z;
+    for (int n = 0; n < 200; ++n) z.push_back(0.6 * n);
+    const auto tilted = [&](double degrees) {
+        auto planes = planes_at(z);
+        for (Plane& p : planes)
+            p.position.y() += std::tan(degrees * std::numbers::pi / 180) * p.position.z();
+        return planes;
+    };
+    EXPECT_TRUE(says(error_of([&] { stack_image(tilted(0.3), "ct"); }),
+                     {"at 119.", "sideways by 0.625 mm", "tilt"}));
+    const auto planes = tilted(0.1);
+    const Eigen::Vector3d last = planes.back().position;
+    for (const Stack& stack : {stack_image(planes, "ct"), stack_segmentation(planes, "seg")}) {
+        const Eigen::Vector4d place = stack.grid.ras_from_voxel * Eigen::Vector4d(0, 0, 199, 1);
+        EXPECT_LT((1e3 * place.head<3>() - Eigen::Vector3d(-last.x(), -last.y(), last.z())).norm(),
+                  1e-9);
+    }
 }
 
 TEST(DicomPlanes, OneSliceHasItsStatedThickness) {
