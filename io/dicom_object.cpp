@@ -168,6 +168,10 @@ PixelFormat pixel_format(const Object& object) {
     const gdcm::DataSet& set = object.header;
     if (const int samples = integer_of(set, tag::samples_per_pixel).value_or(1); samples != 1)
         fail("{}: has {} values a pixel (colours), expected grey or labels", where, samples);
+    const std::string meaning = text_of(set, tag::photometric_interpretation);
+    if (!object.is_segmentation() && meaning != "MONOCHROME1" && meaning != "MONOCHROME2")
+        fail("{}: its Photometric Interpretation is '{}', expected MONOCHROME1 or MONOCHROME2",
+             where, printable_text(meaning, 16));
     if (item_count(sequence_of(set, tag::modality_lut_sequence)) > 0)
         fail(
             "{}: translates its values by a table (Modality LUT), expected Rescale Slope and "

@@ -234,6 +234,10 @@ TEST_F(DicomRefusals, AreGivenForPixelsThatAreNotThere) {
     write_object(folder / "s1.dcm", set, ct_image);
     EXPECT_TRUE(says(error_of([&] { read_grey_image(folder); }),
                      {"s1.dcm", "24 bytes of pixels", "7200000000"}));
+    put(set, 0x0028, 0x0004, gdcm::VR::CS, "PALETTE COLOR");
+    write_object(folder / "s1.dcm", set, ct_image);
+    EXPECT_TRUE(says(error_of([&] { read_grey_image(folder); }),
+                     {"s1.dcm", "'PALETTE COLOR'", "MONOCHROME1 or MONOCHROME2"}));
     put_integer(set, 0x0028, 0x0002, 3);
     write_object(folder / "s1.dcm", set, ct_image);
     EXPECT_TRUE(says(error_of([&] { read_grey_image(folder); }), {"s1.dcm", "3 values a pixel"}));
