@@ -163,6 +163,13 @@ std::optional<Object> read_object(const fs::path& file) {
     return object;
 }
 
+std::string series_uid_of(const fs::path& file) {
+    gdcm::Reader reader;
+    reader.SetFileName(file.string().c_str());
+    if (!reader.ReadUpToTag(tag::series_number)) return {};  // follows the UID
+    return text_of(reader.GetFile().GetDataSet(), tag::series_instance_uid);
+}
+
 PixelFormat pixel_format(const Object& object) {
     const std::string where = object.file.string();
     const gdcm::DataSet& set = object.header;

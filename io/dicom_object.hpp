@@ -45,6 +45,9 @@ struct Object {
 /// possible.
 std::optional<Object> read_object(const std::filesystem::path& file);
 
+/// The UID of a file's series, also of one that read_object refuses; empty if it cannot be found.
+std::string series_uid_of(const std::filesystem::path& file);
+
 /// The format of the pixels. Throws Error for colours and formats that are not read.
 PixelFormat pixel_format(const Object& object);
 

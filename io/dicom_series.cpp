@@ -16,26 +16,55 @@ using Series = std::vector<Object>;
 
 constexpr std::size_t max_listed = 20;
 
+/// The files of a folder but for hidden ones, such as the `._IM0001.dcm` of macOS.
 std::vector<fs::path> files_of(const fs::path& folder) {
     std::vector<fs::path> files;
     std::error_code error;
     for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
          entry.increment(error))
-        if (std::error_code ignored; entry->is_regular_file(ignored))
+        if (std::error_code ignored;
+            entry->is_regular_file(ignored) && !entry->path().filename().string().starts_with('.'))
             files.push_back(entry->path());
     if (error) fail("{}: the folder cannot be read", folder.string());
     std::sort(files.begin(), files.end());
     return files;
 }
 
-/// The series of a folder, by UID. Files that are none of DICOM are passed over.
-std::map<std::string, Series> series_of(const fs::path& folder) {
-    std::map<std::string, Series> all;
-    for (const fs::path& file : files_of(folder))
-        if (has_dicom_mark(file) || ends_as_dicom(file))
+/// The series of a folder, by UID, and why a series that is not in order cannot be read.
+struct Folder {
+    std::map<std::string, Series> series;
+    std::map<std::string, std::string> faults;
+
+    /// Throws Error if a series has a fault.
+    void check(const std::string& uid) const {
+        if (const auto fault = faults.find(uid); fault != faults.end()) fail("{}", fault->second);
+    }
+};
+
+/// Reads the headers of a folder's files. Files that are none of DICOM and series without an image
+/// are passed over. Throws Error for a damaged file if it does not say which series it is of.
+Folder folder_at(const fs::path& place) {
+    Folder folder;
+    std::map<std::string, fs::path> other_files;
+    for (const fs::path& file : files_of(place)) {
+        if (!has_dicom_mark(file) && !ends_as_dicom(file)) continue;
+        try {
             if (std::optional<Object> object = read_object(file))
-                all[object->series_uid].push_back(std::move(*object));
-    return all;
+                folder.series[object->series_uid].push_back(std::move(*object));
+            else
+                other_files.emplace(series_uid_of(file), file);
+        } catch (const Error& error) {
+            const std::string uid = series_uid_of(file);
+            if (uid.empty()) throw;
+            folder.faults.emplace(uid, error.what());
+        }
+    }
+    for (const auto& [uid, file] : other_files)
+        if (folder.series.contains(uid))
+            folder.faults.emplace(uid, fmt::format("{}: states no Rows or Columns, expected an "
+                                                   "image as in other files of its series",
+                                                   file.string()));
+    return folder;
 }
 
 /// What a series is chosen by: its number if no other series has it, else the end of its UID.
@@ -78,35 +107,41 @@ std::string list_of(const std::map<std::string, Series>& all) {
     return text;
 }
 
-Series chosen_series(std::map<std::string, Series> all, const DicomName& name) {
+Series chosen_series(Folder folder, const DicomName& name) {
     const std::string where = name.place.string();
-    if (all.empty())
-        fail(
-            "{}: holds no DICOM image, expected the files of a series (subfolders are not "
-            "searched)",
-            where);
-    if (name.choice.empty()) {
-        if (all.size() > 1)
-            fail("{}: holds {} series, expected a choice after its name, such as '{}#{}': {}",
-                 where, all.size(), where, key_of(all.begin()->second, all), list_of(all));
+    auto& all = folder.series;
+    if (name.choice.empty() && all.size() > 1)
+        fail("{}: holds {} series, expected a choice after its name, such as '{}#{}': {}", where,
+             all.size(), where, key_of(all.begin()->second, all), list_of(all));
+    if (all.empty() || name.choice.empty()) {  // a faulty series may be the one that is meant
+        if (!folder.faults.empty()) folder.check(folder.faults.begin()->first);
+        if (all.empty())
+            fail(
+                "{}: holds no DICOM image, expected the files of a series (subfolders are not "
+                "searched)",
+                where);
         return std::move(all.begin()->second);
     }
+    folder.check(name.choice);
     for (auto& [uid, series] : all)
-        if (name.choice == uid || name.choice == key_of(series, all)) return std::move(series);
+        if (name.choice == uid || name.choice == key_of(series, all)) {
+            folder.check(uid);
+            return std::move(series);
+        }
     fail("{}: has no series '{}' (after the '#'), expected one of {}", where,
          name.choice.substr(0, 64), list_of(all));
 }
+
+}  // namespace
 
 bool stands_alone(const Object& object) {
     return object.is_segmentation() || object.frames > 1 || object.is_enhanced();
 }
 
-}  // namespace
-
 std::vector<Object> find_series(const DicomName& name) {
     std::error_code ignored;
     if (fs::is_directory(name.place, ignored)) {
-        Series series = chosen_series(series_of(name.place), name);
+        Series series = chosen_series(folder_at(name.place), name);
         const auto alone = std::find_if(series.begin(), series.end(), stands_alone);
         if (series.size() > 1 && alone != series.end())
             fail(
@@ -126,7 +161,9 @@ std::vector<Object> find_series(const DicomName& name) {
         return series;
     }
     const fs::path folder = name.place.has_parent_path() ? name.place.parent_path() : fs::path(".");
-    series = std::move(series_of(folder)[object->series_uid]);
+    Folder beside = folder_at(folder);
+    beside.check(object->series_uid);
+    series = std::move(beside.series[object->series_uid]);
     std::erase_if(series, stands_alone);
     if (series.empty()) series.push_back(std::move(*object));
     return series;

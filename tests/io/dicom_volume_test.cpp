@@ -180,6 +180,32 @@ TEST(DicomVolume, FoldersOfSeveralSeriesAreListedAndOneIsChosen) {
     EXPECT_EQ(read_label_image(folder.string() + "#11111111").size[2], 2);
 }
 
+TEST(DicomVolume, FilesOfOtherSeriesAndHiddenOnesDoNotMatter) {
+    const fs::path folder = fresh_folder();
+    write_series(folder, series_of(2));
+    write_bytes(folder / "._s0.dcm", "resource fork");
+    EXPECT_EQ(read_label_image(folder).size[2], 2);
+    gdcm::DataSet report = slice_elements({});  // no image, in a series of its own
+    for (const int element : {0x0010, 0x0011}) report.Remove(gdcm::Tag(0x0028, element));
+    put(report, 0x0020, 0x000e, gdcm::VR::UI, "1.2.826.0.1.33333333");
+    write_object(folder / "report.dcm", report, ct_image);
+    EXPECT_EQ(read_label_image(folder).size[2], 2);
+    Slice strange;
+    strange.series = "1.2.826.0.1.22222222", strange.number = "8";
+    write_slice(folder / "t0.dcm", strange);
+    gdcm::DataSet set = slice_elements(strange);
+    put(set, 0x0028, 0x0008, gdcm::VR::IS, "0");  // frames
+    write_object(folder / "t1.dcm", set, ct_image);
+    EXPECT_EQ(read_label_image(folder.string() + "#7").size[2], 2);
+    EXPECT_EQ(read_label_image(folder / "s0.dcm").size[2], 2);
+    for (const std::string name : {"#8", "#1.2.826.0.1.22222222", "/t0.dcm"})
+        EXPECT_TRUE(says(error_of([&] { read_label_image(folder.string() + name); }),
+                         {"t1.dcm", "0 frames"}));
+    fs::remove(folder / "t0.dcm");  // the faulty series may be the one that is meant
+    EXPECT_TRUE(says(error_of([&] { read_label_image(folder); }), {"t1.dcm", "0 frames"}));
+    EXPECT_EQ(read_label_image(folder.string() + "#7").size[2], 2);
+}
+
 /// A series of four slices of which one is changed.
 class DicomRefusals : public testing::Test {
   protected:
@@ -247,6 +273,16 @@ TEST_F(DicomRefusals, AreGivenForPixelsThatAreNotThere) {
                      {"none.dcm", "no such file"}));
     EXPECT_TRUE(says(error_of([&] { read_grey_image(folder / "none.dcm#2"); }),
                      {"none.dcm", "no such file"}));
+}
+
+TEST_F(DicomRefusals, AreGivenForFilesOfTheSeriesThatAreNoImages) {
+    write_series(folder, series_of(3));
+    gdcm::DataSet set = slice_elements(series_of(3)[2]);
+    set.Remove(gdcm::Tag(0x0028, 0x0010));  // rows
+    write_object(folder / "s2.dcm", set, ct_image);
+    for (const fs::path& path : {folder, folder / "s0.dcm"})
+        EXPECT_TRUE(says(error_of([&] { read_grey_image(path); }),
+                         {"s2.dcm", "no Rows or Columns", "series"}));
 }
 
 TEST_F(DicomRefusals, AreGivenForFramesWithoutPositions) {
