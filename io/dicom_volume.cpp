@@ -2,6 +2,7 @@
 
 #include <gdcmTrace.h>
 
+#include <algorithm>
 #include <cstring>
 #include <exception>
 #include <type_traits>
@@ -143,7 +144,10 @@ Volume unpacked_volume(std::vector<char> bytes) {
     return volume;
 }
 
-/// Bytes of the file, or of all files in the folder.
+/// Beyond this the child's limits (35 minutes, 102 GiB) are enough for any series.
+constexpr std::uintmax_t max_counted_bytes = std::uintmax_t(1) << 30;
+
+/// Bytes of all files in the folder, or in that of the file.
 std::uintmax_t bytes_at(const fs::path& place) {
     std::error_code error;
     if (!fs::is_directory(place, error)) {
@@ -160,11 +164,20 @@ std::uintmax_t bytes_at(const fs::path& place) {
     return bytes;
 }
 
+/// For use in the child: lowers its limits to those of an object that is read without the files
+/// beside it.
+void limit_to_one(std::span<const dicom::Object> objects, const fs::path& place) {
+    std::error_code ignored;
+    if (objects.size() == 1 && stands_alone(objects.front()) && fs::is_regular_file(place, ignored))
+        limit_parser(std::min(fs::file_size(objects.front().file), max_counted_bytes));
+}
+
 /// Calls `read` in a child process. GDCM's own messages, which may quote the file, are not passed
 /// on.
 std::vector<char> through_gdcm(const fs::path& place,
                                const std::function<std::vector<char>()>& read) {
-    return parse_in_child(place, bytes_at(place), "GDCM", [&]() -> std::vector<char> {
+    const std::uintmax_t bytes = std::min(bytes_at(place), max_counted_bytes);
+    return parse_in_child(place, bytes, "GDCM", [&]() -> std::vector<char> {
         gdcm::Trace::DebugOff();
         gdcm::Trace::WarningOff();
         gdcm::Trace::ErrorOff();
@@ -186,6 +199,7 @@ std::vector<char> through_gdcm(const fs::path& place,
 Volume read_dicom_volume(const DicomName& name) {
     return unpacked_volume(through_gdcm(name.place, [&] {
         const std::vector<dicom::Object> objects = dicom::find_series(name);
+        limit_to_one(objects, name.place);
         const dicom::Object& first = objects.front();
         if (first.is_segmentation()) {
             std::error_code ignored;

@@ -13,6 +13,8 @@ namespace {
 /// First byte of the result: says what follows.
 constexpr char whole = 'w', refused = 'r';
 
+double processor_limit_s(std::uintmax_t bytes) { return 5 + 2e-6 * static_cast<double>(bytes); }
+
 /// Runs in the child process.
 int answer(int descriptor, const std::function<std::vector<char>()>& parse) {
     const auto write = [descriptor](char kind, const char* data, std::size_t bytes) {
@@ -42,11 +44,9 @@ std::vector<char> parse_in_child(const std::filesystem::path& path, const std::s
 std::vector<char> parse_in_child(const std::filesystem::path& path, std::uintmax_t bytes,
                                  const std::string& who,
                                  const std::function<std::vector<char>()>& parse) {
-    const double enough_s = 5 + 2e-6 * static_cast<double>(bytes),
-                 time_limit_s = 20 * enough_s;  // generous, for a busy machine
+    const double time_limit_s = 20 * processor_limit_s(bytes);  // generous, for a busy machine
     const auto work = [&](int descriptor) {
-        limit_processor_time(enough_s);
-        limit_memory((std::uint64_t(2) << 30) + 100 * bytes);
+        limit_parser(bytes);
         return answer(descriptor, parse);
     };
     ChildResult child = run_in_child(work, time_limit_s);
@@ -60,6 +60,11 @@ std::vector<char> parse_in_child(const std::filesystem::path& path, std::uintmax
     std::replace_if(
         text.begin(), text.end(), [](unsigned char c) { return c < ' '; }, ' ');
     throw Error(text);
+}
+
+void limit_parser(std::uintmax_t bytes) {
+    limit_processor_time(processor_limit_s(bytes));
+    limit_memory((std::uint64_t(2) << 30) + 100 * bytes);
 }
 
 }  // namespace livetet

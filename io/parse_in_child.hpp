@@ -20,4 +20,8 @@ std::vector<char> parse_in_child(const std::filesystem::path& path, std::uintmax
                                  const std::string& who,
                                  const std::function<std::vector<char>()>& parse);
 
+/// For use in `parse`: lowers the limits to those of `bytes`, once it is known that no more is
+/// read.
+void limit_parser(std::uintmax_t bytes);
+
 }  // namespace livetet
