@@ -255,7 +255,7 @@ void run(MeshArguments& a) {
 #endif
     if (hierarchy.levels.empty()) {
         ProgressLine progress("mesh");
-        hierarchy = load_mesh(a.source, progress.callback());
+        hierarchy = load_mesh(a.source, progress.callback(), {});
         if (kind_of(a.source.file) == MeshKind::hierarchy) image = read_image_grid(a.source.file);
         MeshReport report = report_of(hierarchy);
         fmt::print("{}", report.text);

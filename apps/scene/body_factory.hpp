@@ -21,7 +21,7 @@ MeshHierarchy load_mesh(const Scene& scene, const ProgressCallback& progress);
 
 /// The same for a mesh block, whatever its key `grading`: `grading` has what the mesh is graded by.
 MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progress,
-                        const SceneGrading& grading = {});
+                        const SceneGrading& grading);
 
 /// The scene's fixed and driven nodes, hard and soft. Fixed nodes take precedence over driven ones.
 class SceneConstraints {

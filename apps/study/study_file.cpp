@@ -47,7 +47,7 @@ class StoredMeshes {
             to_yaml(scene.mesh) + (scene.elements == Elements::p2 ? "P2" : "P1");
         const auto found = frames_.find(key);
         if (found != frames_.end()) return found->second;
-        MeshHierarchy hierarchy = load_mesh(scene.mesh, {});
+        MeshHierarchy hierarchy = load_mesh(scene, {});
         if (scene.elements == Elements::p2) hierarchy = with_quadratic_level(std::move(hierarchy));
         const TetMesh& mesh = hierarchy.levels.front();
         const std::string group = fmt::format("meshes/{}", frames_.size());

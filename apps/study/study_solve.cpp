@@ -59,7 +59,7 @@ std::vector<StepRecord> read_steps(const hdf5::File& file, const std::string& hi
 void StudySolver::take_mesh(const Scene& scene) {
     if (mesh_key_ == to_yaml(scene.mesh)) return;
     mesh_key_.clear();
-    hierarchy_ = load_mesh(scene.mesh, {});
+    hierarchy_ = load_mesh(scene, {});
     mesh_key_ = to_yaml(scene.mesh);
 }
 
