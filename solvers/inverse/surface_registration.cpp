@@ -133,6 +133,7 @@ bool SurfaceRegistration::take(const SurfaceMisfit& misfit, const SurfaceMatches
     constexpr double max_share = 0.04;         // of the diagonal: beyond, tets invert
     constexpr double usable_imbalance = 0.02;  // of a forward solve that was not done
     const double old = before.value + prior(p_);
+    body_.keep_state();  // with its pressures, which set_displacement drops
     step.taken = std::min(1.0, max_share * diagonal_ / step.size);
     for (int h = 0; h <= max_halvings; ++h, step.taken /= 2) {
         const Eigen::VectorXd p = p_ + step.taken * step.dp;
@@ -154,7 +155,7 @@ bool SurfaceRegistration::take(const SurfaceMisfit& misfit, const SurfaceMatches
         return true;
     }
     body_.set_external_force(forces());
-    body_.set_displacement(u_);
+    body_.return_to_kept_state();
     return false;
 }
 

@@ -96,6 +96,21 @@ TEST_F(SurfaceRegistrationTest, SaysThatItDidNotConverge) {
     EXPECT_LT(report.rms_m, report.rms_before_m);
 }
 
+/// The next tangent is of the pressures, too.
+TEST(SurfaceRegistrationMixed, ARefusedStepLeavesTheBodyInEquilibrium) {
+    test::PulledBlock block{"neohookean", Formulation::mixed};
+    const ForceBasis uniform = uniform_forces(block.zone);
+    const std::vector<Vector3> x = block.equilibrium(uniform, Eigen::Vector3d(0.5, 0.2, 1.6));  // N
+    SurfaceRegistration registration(block.body, block.mesh().nodes, block.surface, uniform,
+                                     {.tolerance_m = 1e-15});
+    const SurfaceRegistrationReport report = registration.fit(block.points_on_top(x, 0));
+    ASSERT_STREQ(report.reason, "no step along the Gauss-Newton direction lowers the misfit");
+    const std::vector<Vector3> applied = registration.forces(),
+                               elastic = block.body.elastic_force();
+    for (const std::int32_t n : block.zone)
+        EXPECT_LT((elastic[n] - applied[n]).norm(), 0.05 * applied[n].norm()) << n;
+}
+
 TEST_F(SurfaceRegistrationTest, RefusesPointsInAnotherUnit) {
     SurfaceRegistration registration(block.body, rest(), block.surface, uniform, {});
     std::vector<Vector3> points = block.points_on_top(rest(), 0);
