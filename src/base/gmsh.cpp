@@ -119,16 +119,16 @@ auto call(const char* name, Arguments... arguments) {
 /// The function's name gives both its type and its symbol.
 #define LIVETET_GMSH(name, ...) call<decltype(name)>(#name __VA_OPT__(, ) __VA_ARGS__)
 
-/// Calls the function `symbol` of Gmsh's C++ interface, of type F.
+/// Calls the function `symbol` of Gmsh's C++ interface, of type F. `name`: in messages.
 template <class F, class... Arguments>
-void call_cpp(const char* symbol, const Arguments&... arguments) {
+void call_cpp(const char* name, const char* symbol, const Arguments&... arguments) {
     F* const f = function<F>(symbol);
     try {
         f(arguments...);
     } catch (const std::exception&) {
         throw;
     } catch (...) {  // Gmsh 4.8 also throws int and std::string
-        check(symbol, 1);
+        check(name, 1);
     }
 }
 
@@ -265,12 +265,14 @@ ElementType element_type(int type) {
 
 void add_nodes(int dimension, int entity, const Nodes& nodes) {
     call_cpp<decltype(::gmsh::model::mesh::addNodes)>(
+        "gmsh::model::mesh::addNodes",
         "_ZN4gmsh5model4mesh8addNodesEiiRKSt6vectorImSaImEERKS2_IdSaIdEESA_", dimension, entity,
         nodes.tags, nodes.coordinates, std::vector<double>());
 }
 
 void add_elements(int entity, const Elements& elements) {
     call_cpp<decltype(::gmsh::model::mesh::addElementsByType)>(
+        "gmsh::model::mesh::addElementsByType",
         "_ZN4gmsh5model4mesh17addElementsByTypeEiiRKSt6vectorImSaImEES6_", entity, elements.type,
         Tags(), elements.nodes);
 }
