@@ -25,8 +25,10 @@ struct MeshedInput {
 /// Meshes an image (a label map, or a grey image between thresholds, as one region) or a surface.
 /// Labels, levels, tets and edge lengths come from `source`, the rest from `options`. Levels
 /// refined on request of `source` are in the hierarchy, not in the reports. `grading`: patches with
-/// shorter edges. Throws Error if one of them is off the body; naming --threshold, for a grey image
-/// where a label map was expected; if `source` has keys that do not apply to the file;
+/// shorter edges.
+///
+/// Throws Error if one of those is off the body, or if `source` has keys that do not apply to the
+/// file. Throws Error, naming --threshold, for a grey image where a label map was expected. Throws
 /// MeshingFailure if no attempt gave a mesh.
 MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progress,
                        MeshingOptions options = {}, const SceneGrading& grading = {});

@@ -94,11 +94,14 @@ void visit_fields(Visitor& v, MeshSource& m) {
             "number of uniform refinements, each tet into eight and each a level more: for meshes "
             "larger than a mesher can write",
             within<int>({0, 4}));
-    v.choice("grading", m.grading, "where edges are shorter, at the same number of tetrahedra",
-             {{MeshGrading::even, "even", "nowhere"},
-              {MeshGrading::scene, "scene",
-               "at the planned patches of sensors (track.sensors: place_mm) and at driven spheres "
-               "(drive: sphere_mm)"}});
+    v.choice(
+        "grading", m.grading,
+        "where edges are shorter, at the same number of tetrahedra; with edge_lengths_mm their "
+        "number grows",
+        {{MeshGrading::even, "even", "nowhere"},
+         {MeshGrading::scene, "scene",
+          "at the planned patches of sensors (track.sensors: place_mm) and at driven spheres "
+          "(drive: sphere_mm)"}});
 }
 
 }  // namespace livetet
