@@ -26,7 +26,7 @@ void TrackedBody::place_patches() {
                 "recording?",
                 s.options.tool, 1e3 * place.x(), 1e3 * place.y(), 1e3 * place.z(), 1e3 * distance,
                 1e3 * farthest_from_organ);
-        if (s.off_organ > 0) continue;
+        if (s.off_organ > 0 || s.patch.slips() > 0) continue;
         if (const std::string cost =
                 cost_of_place(body_.mesh(), scene_.elements, s.options, s.patch.rest_place());
             !cost.empty())

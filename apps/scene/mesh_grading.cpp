@@ -109,6 +109,13 @@ SceneGrading grading_of(const Scene& scene) {
     return grading;
 }
 
+void check_sensor_places(const Scene& scene, const TetMesh& mesh) {
+    Scene of_sensors;
+    of_sensors.track = scene.track;
+    const SceneGrading planned = grading_by(of_sensors);
+    if (!planned.patches.empty()) planned.check({mesh.nodes, boundary_triangles(mesh.tets)});
+}
+
 double edge_length_at_rim(const TetMesh& mesh, const Vector3& place, double radius) {
     return edge_at_rim(mesh, boundary_triangles(mesh.tets), place, radius);
 }
@@ -129,8 +136,9 @@ std::string cost_of_place(const TetMesh& mesh, Elements elements, const SensorOp
     if (here <= noted_edge_ratio * there) return {};
     return fmt::format(
         "sensor {}: {:.0f} mm from its place_mm, edges at its patch are {:.1f} mm, at the planned "
-        "one {:.1f} mm: its elements' error is about {:.1f} % of the press (place_mm: {} when "
-        "meshing reduces it)",
+        "one {:.1f} mm: its elements' error is about {:.1f} % of the press. To reduce it, mesh "
+        "again "
+        "with place_mm: {}.",
         sensor.tool, 1e3 * (place - planned).norm(), 1e3 * here, 1e3 * there,
         100 * element_error(elements, here, radius), triple_mm(place));
 }

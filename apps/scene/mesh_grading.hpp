@@ -38,6 +38,9 @@ SceneGrading grading_by(const Scene& scene);
 /// The same if mesh.grading says so, else none. Throws Error if it says so and there are none.
 SceneGrading grading_of(const Scene& scene);
 
+/// Throws Error if `place_mm` of a sensor is off the mesh's surface, as SceneGrading::check does.
+void check_sensor_places(const Scene& scene, const TetMesh& mesh);
+
 /// Mean length of the edges of a mesh's surface that cross the rim of a patch, m: those with one
 /// end within `radius` of `place` and the other beyond. If there are none, of the edges of the
 /// triangle nearest to the place.

@@ -84,6 +84,20 @@ TEST(MeshGrading, RefusesAPlaceOffTheBody) {
     }
 }
 
+/// Of sensors alone: a driven sphere may be about nodes deep inside.
+TEST(MeshGrading, ChecksPlacesOfSensorsOnAMeshThatIsThere) {
+    const TetMesh mesh = shapes::box({0.1, 0.1, 0.1}, {4, 4, 4});
+    Scene scene;
+    scene.drive.emplace_back().sphere_mm = {50, 50, 50, 10};
+    EXPECT_NO_THROW(check_sensor_places(scene, mesh));
+    scene.track.emplace();
+    EXPECT_NO_THROW(check_sensor_places(scene, mesh)) << "none is planned";
+    scene.track->sensors[0].place_mm = Eigen::Vector3d(50, 50, 115);
+    EXPECT_NO_THROW(check_sensor_places(scene, mesh));
+    scene.track->sensors[0].place_mm->z() = 150;
+    EXPECT_THROW(check_sensor_places(scene, mesh), Error);
+}
+
 TEST(MeshGrading, MeasuresEdgesAtTheRim) {
     const TetMesh even = shapes::box({0.1, 0.1, 0.1}, {20, 20, 20});
     const double edge = edge_length_at_rim(even, {0.05, 0.05, 0.1}, 0.015);
@@ -119,6 +133,8 @@ TEST(MeshGrading, SaysWhatAnotherPlaceCosts) {
     EXPECT_EQ(cost.find("sensor Sensor: 80 mm from its place_mm, edges at its patch are "), 0u)
         << cost;
     EXPECT_EQ(cost.find('\n'), std::string::npos);
+    EXPECT_TRUE(cost.ends_with("To reduce it, mesh again with place_mm: [90.0, 50.0, 100.0]."))
+        << cost;
     const double edge = edge_length_at_rim(mesh, far, 0.012);
     EXPECT_NE(cost.find(fmt::format("{:.1f} % of the press",
                                     100 * element_error(Elements::p1, edge, 0.012))),
