@@ -121,7 +121,8 @@ class ErrorStatement {
     ErrorStatement(const Scene& scene, MeshHierarchy hierarchy, const TetMesh& mesh,
                    SurfaceErrors surface = SurfaceErrors::stated);
 
-    /// The patches or the fixed nodes have changed: responses are computed anew.
+    /// The patches or the fixed nodes have changed: responses are computed anew. `fix`: as
+    /// TargetResponses::start.
     void start(std::span<const SensorPatch* const> patches, const std::vector<FixOptions>& fix);
     /// One unit of the responses' work; see TargetResponses::work.
     bool work() { return responses_.work(); }

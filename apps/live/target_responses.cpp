@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "apps/live/response_nodes.hpp"
 #include "base/error.hpp"
@@ -67,6 +68,9 @@ TargetResponses::TargetResponses(const Scene& scene, MeshHierarchy hierarchy,
                                  std::vector<Vector3> places)
     : scene_(linear_static(scene)), hierarchy_(std::move(hierarchy)), places_(std::move(places)) {
     const TetMesh& mesh = hierarchy_.levels.front();
+    std::vector<FixOptions> fix = std::exchange(scene_.fix, {});  // listed in the work
+    list_selected_nodes(scene_, mesh);
+    scene_.fix = std::move(fix);
     if (!places_.empty() && mesh.tets.size() > max_tets_for_p2 && hierarchy_.levels.size() > 1) {
         coarse_ = hierarchy_;
         coarse_.levels.erase(coarse_.levels.begin());
@@ -111,6 +115,9 @@ void TargetResponses::start(std::vector<ResponsePatch> patches,
                             const std::vector<FixOptions>& fix) {
     patches_ = std::move(patches);
     scene_.fix = fix;
+    const auto corners = static_cast<int>(hierarchy_.levels.front().nodes.size());
+    for (FixOptions& f : scene_.fix)
+        if (f.nodes) std::erase_if(*f.nodes, [&](int n) { return n >= corners; });
     units_.clear();
     next_ = 0;
     failure_.clear();

@@ -40,11 +40,12 @@ ToolFinder tool_finder(std::vector<std::string> tools);
 struct SceneChange {
     Scene scene;
     SceneConstraints constraints;
+    std::vector<FixOptions> fix;                  ///< scene.fix, its selections as lists of nodes
     std::vector<RigidTransform<Tool, Tip>> tips;  ///< in the order of track.tools
 };
 
-/// Reads the masks and tips of `scene`. Throws Error if one is invalid, or if nothing would fix the
-/// body.
+/// Reads the masks and tips of `scene`. Throws Error if one is invalid, if `place_mm` of a sensor is
+/// off the body, or if nothing would fix the body.
 SceneChange prepare_change(const Scene& scene, const TetMesh& mesh);
 
 /// Maximum distance from the organ's surface of a sensor that is placed, m.
@@ -161,6 +162,7 @@ class TrackedBody {
     PoseFollower reference_follower_;
     LiveRegistration registration_;
     std::optional<SceneConstraints> scene_constraints_;
+    std::vector<FixOptions> fix_;  ///< as SceneChange::fix: responses need no file
     Constraints constraints_;
     Springs springs_;
     bool pulled_ = false;        ///< a patch is held by springs

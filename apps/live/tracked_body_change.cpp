@@ -1,6 +1,8 @@
 #include <algorithm>
 
+#include "apps/live/response_nodes.hpp"
 #include "apps/live/tracked_body.hpp"
+#include "apps/scene/mesh_grading.hpp"
 #include "io/tip_file.hpp"
 
 namespace livetet {
@@ -15,10 +17,20 @@ std::vector<RigidTransform<Tool, Tip>> read_tips(const TrackOptions& track) {
     return tips;
 }
 
+/// Where a sensor was planned does not matter to one that follows.
+bool follow_alike(SensorOptions a, const SensorOptions& b) {
+    a.place_mm = b.place_mm;
+    return a == b;
+}
+
 }  // namespace
 
 SceneChange prepare_change(const Scene& scene, const TetMesh& mesh) {
-    SceneChange change{scene, SceneConstraints(scene, mesh), read_tips(*scene.track)};
+    check_sensor_places(scene, mesh);
+    Scene listed = scene;
+    list_selected_nodes(listed, mesh);
+    SceneChange change{scene, SceneConstraints(listed, mesh), std::move(listed.fix),
+                       read_tips(*scene.track)};
     change.constraints.move_to_share(1);
     check_no_free_motion(scene, mesh, change.constraints);
     return change;
@@ -34,7 +46,7 @@ void TrackedBody::change(SceneChange&& change) {
     std::list<Sensor> sensors, leaving;
     for (const SensorOptions& options : next.track->sensors) {
         const auto same = std::find_if(sensors_.begin(), sensors_.end(), [&](const Sensor& s) {
-            return !s.leaving && s.options == options;
+            return !s.leaving && follow_alike(s.options, options);
         });
         if (same == sensors_.end()) sensors.push_back(new_sensor(options));
         (void)find_tool_(options.tool);
@@ -45,12 +57,13 @@ void TrackedBody::change(SceneChange&& change) {
     scene_ = std::move(next);
     for (const SensorOptions& options : scene_.track->sensors) {
         const auto kept = std::find_if(sensors_.begin(), sensors_.end(), [&](const Sensor& s) {
-            return !s.leaving && s.options == options;
+            return !s.leaving && follow_alike(s.options, options);
         });
         auto at = std::find_if(sensors.begin(), sensors.end(),
                                [&](const Sensor& s) { return s.options == options; });
         leaving.splice(leaving.end(), kept != sensors_.end() ? sensors_ : sensors,
                        kept != sensors_.end() ? kept : at);
+        leaving.back().options.place_mm = options.place_mm;
     }
     for (Sensor& s : sensors_) s.leaving = true;
     leaving.splice(leaving.end(), sensors_);
@@ -63,6 +76,7 @@ void TrackedBody::change(SceneChange&& change) {
             for (const std::int32_t n : settling_->nodes)
                 before[n] = 0;  // they have not arrived yet
         scene_constraints_.emplace(std::move(change.constraints));
+        fix_ = std::move(change.fix);
         begin_settling(before);
         pulled_ = true;  // springs are rebuilt
     }

@@ -58,7 +58,7 @@ void TrackedBody::renew_responses_for_slips() {
     if (!are_needed || !renew_patches()) return;
     std::vector<ResponsePatch> patches;
     for (const SensorPatch* patch : stating_.patches) patches.push_back(response_patch(*patch));
-    stating_.for_slips->start(std::move(patches), scene_.fix);
+    stating_.for_slips->start(std::move(patches), fix_);
 }
 
 bool TrackedBody::work_on_responses() {

@@ -62,12 +62,15 @@ void explain_slips(Explanation& e, const TrackOptions& track) {
     const auto loose =
         std::ranges::count_if(sensors, [](const SensorOptions& s) { return s.may_slip; });
     if (loose > 0)
-        e.uses("slip monitor",
-               fmt::format(
-                   "{} of {} sensor(s): one that slips over the organ is let go and placed "
-                   "anew{}",
-                   loose, sensors.size(),
-                   solves ? "; after one is placed, some frames make a static solve each" : ""));
+        e.uses(
+            "slip monitor",
+            fmt::format(
+                "{} of {} sensor(s): one that slips over the organ is let go and placed "
+                "anew{}",
+                loose, sensors.size(),
+                solves ? "; after one is placed or released, or fix has changed, a frame sets up a "
+                         "second body, and some later ones make a static solve each"
+                       : ""));
     else
         e.leaves_out("slip monitor",
                      sensors.empty() ? "no sensors" : "track.sensors: may_slip is false");
@@ -118,7 +121,8 @@ void explain_tracking(Explanation& e, const Scene& scene) {
         e.leaves_out("error statement", "track.targets is empty");
     } else {
         e.uses("error statement",
-               "track.targets: after a sensor is placed, some frames make a static solve each");
+               "track.targets: after a sensor is placed or released, or fix has changed, some "
+               "frames set up a second body or make a static solve each");
         if (scene.output.has_file())
             e.uses("surface statement",
                    "track.targets: the error over the organ's surface, a sixth of it each frame");

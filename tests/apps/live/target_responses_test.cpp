@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "apps/live/response_nodes.hpp"
 #include "apps/live/statement_fixture.hpp"
 #include "mesh/surface_patch.hpp"
 
@@ -117,6 +118,30 @@ TEST(TargetResponses, KnowTheTissueAroundAPatchWithAndWithoutPlaces) {
         const auto u = solved(block, block.scene, patch.nodes, axis);
         EXPECT_LT((K.col(axis) - 1e3 * (0.25 * u[0] + 0.75 * u[1])).norm(), 2e-3) << axis;
     }
+}
+
+/// What is fixed is listed on the body's mesh; the responses' has no midpoints of edges.
+TEST(TargetResponses, TakeListsOfNodesOfATenNodeMesh) {
+    StatedBlock block;
+    block.scene.elements = Elements::p2;
+    ResponsePatch patch = patch_of(block);
+    patch.ring.nodes = {patch.nodes.front() + 1};
+    patch.ring.weights = {1};
+    Scene listed = block.scene;
+    const TetMesh whole = quadratic_mesh(block.mesh());
+    list_selected_nodes(listed, whole);
+    ASSERT_GT(listed.fix[0].nodes->back(), static_cast<int>(block.mesh().nodes.size()));
+    TargetResponses by_list(block.scene, block.hierarchy, {});
+    TargetResponses by_region(block.scene, block.hierarchy, {});
+    by_list.start({patch}, listed.fix);
+    by_region.start({patch}, block.scene.fix);
+    for (TargetResponses* responses : {&by_list, &by_region})
+        while (responses->work()) {
+        }
+    ASSERT_TRUE(by_list.are_known()) << by_list.failure();
+    ASSERT_TRUE(by_region.are_known()) << by_region.failure();
+    EXPECT_GT(by_list.ring_response(0).norm(), 0.1);
+    EXPECT_EQ(by_list.ring_response(0), by_region.ring_response(0));
 }
 
 /// What holds the body: its border off by less than an edge of the mesh, which is scaled; and the

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "apps/live/statement_fixture.hpp"
+#include "base/error.hpp"
 
 namespace livetet {
 namespace {
@@ -56,6 +57,37 @@ TEST(TrackedBody, AGivenTimeCountsAsThatOfTheScene) {
     EXPECT_EQ(given.tracker_from_image.translation, fixed.tracker_from_image.translation);
     EXPECT_EQ(given.press, fixed.press);
     EXPECT_EQ(frame_of_moving_block(NumberOrAuto{}, {}).ahead_s, 0) << "auto without a time";
+}
+
+/// Planned places are for meshing: to correct one while a scene runs lets no patch go.
+TEST(TrackedBody, ASensorWhosePlannedPlaceIsEditedIsStillFollowed) {
+    test::StatedBlock block;
+    block.scene.track->targets.clear();
+    SceneBody body =
+        make_body(PETSC_COMM_SELF, block.scene, MeshHierarchy(block.hierarchy), Use::track);
+    TrackedBody tracked(block.scene, body, tool_finder({"Reference", "Sensor"}), {});
+    const auto follow = [&](int from, int to) {
+        for (int k = from; k < to; ++k)
+            tracked.advance({0.025 * k,
+                             {{Eigen::Matrix3d::Identity(), Vector3::Zero(), PoseStatus::ok},
+                              {Eigen::Matrix3d::Identity(), test::StatedBlock::sensor_place(),
+                               PoseStatus::ok}}});
+    };
+    follow(0, 100);
+    ASSERT_EQ(tracked.last().sensors[0].drive, DriveStatus::following);
+    const std::vector<std::int32_t> patch = tracked.driven();
+    Scene edited = block.scene;
+    edited.track->sensors[0].place_mm = 1e3 * test::StatedBlock::sensor_place();
+    tracked.change(prepare_change(edited, body.mesh()));
+    follow(100, 101);
+    EXPECT_EQ(tracked.last().sensors[0].drive, DriveStatus::following);
+    EXPECT_EQ(tracked.driven(), patch);
+    edited.track->sensors[0].patch_radius_mm = 10;
+    tracked.change(prepare_change(edited, body.mesh()));
+    follow(101, 102);
+    EXPECT_NE(tracked.last().sensors[0].drive, DriveStatus::following);
+    edited.track->sensors[0].place_mm = {40, 40, 120};
+    EXPECT_THROW(prepare_change(edited, body.mesh()), Error) << "off the body";
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <functional>
 #include <optional>
 #include <vector>
@@ -47,8 +49,8 @@ struct TrackedTop {
         }
     }
 
-    /// When each sensor was first taken for slipping, s; follows them for 8 s. `way`: of a sensor
-    /// since it was placed, m, from the displacement of the block in the last frame.
+    /// When each sensor was first taken for slipping, s; follows them for 8 s. `way`:
+    /// displacement of a sensor from its place at a time, m.
     using Way = std::function<Vector3(std::size_t sensor, double time_s)>;
     std::vector<std::optional<double>> slips_of(const Way& way) {
         TrackedModel model = make_tracked_model(scene, hierarchy);
@@ -136,6 +138,32 @@ TEST(TrackedSlips, ASensorThatRidesAlongBesideAPushIsFollowed) {
         });
         EXPECT_FALSE(slips[1]) << 1e3 * noise << " mm of noise";
     }
+}
+
+/// One voxel of 1 m is the block's lower part. Its file is gone once the run has begun.
+TEST(TrackedSlips, ResponsesReadNoMaskWhileTheModelIsTracked) {
+    const std::filesystem::path mask = "responses-read-no-mask.nrrd";
+    std::ofstream(mask) << "NRRD0005\ntype: uint8\ndimension: 3\nsizes: 1 1 1\nspace: "
+                           "right-anterior-superior\nspace directions: (1000,0,0) (0,1000,0) "
+                           "(0,0,1000)\nspace origin: (0,0,-490)\nencoding: text\n\n1\n";
+    TrackedTop top({first_place, second_place});
+    top.scene.fix.assign(1, {});
+    top.scene.fix[0].mask = mask;
+    TrackedModel model = make_tracked_model(top.scene, top.hierarchy);
+    TrackedBody tracked =
+        track_model(top.scene, model, tool_finder(top.tools), {}, {}, MisplacedSensor::refuse);
+    std::filesystem::remove(mask);
+    testing::internal::CaptureStderr();
+    int solves = 0;
+    for (double time_s = 0; time_s < 4; time_s += frame_s) {
+        tracked.advance({time_s,
+                         {{Eigen::Matrix3d::Identity(), Vector3::Zero(), PoseStatus::ok},
+                          {Eigen::Matrix3d::Identity(), first_place, PoseStatus::ok},
+                          {Eigen::Matrix3d::Identity(), second_place, PoseStatus::ok}}});
+        solves += tracked.work_on_responses();
+    }
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+    EXPECT_EQ(solves, 6) << "the second body, and all but the last of three for each sensor";
 }
 
 /// Raw poses, and those of the one-euro filter, state no error: their noise is the tracker's.

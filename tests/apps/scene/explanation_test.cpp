@@ -82,6 +82,7 @@ TEST(Explanation, TheSlipMonitorJudgesSensorsThatMaySlip) {
     ASSERT_TRUE(explained(scene, "slip monitor"));
     EXPECT_TRUE(explained(scene, "slip monitor")->built);
     EXPECT_EQ(explained(scene, "slip monitor")->why.find("1 of 2 sensor(s)"), 0u);
+    EXPECT_NE(explained(scene, "slip monitor")->why.find("second body"), std::string::npos);
     scene.track->sensors[0].may_slip = false;
     EXPECT_FALSE(explained(scene, "slip monitor")->built);
     scene.track->sensors.clear();
