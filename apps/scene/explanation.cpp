@@ -216,7 +216,10 @@ ExplainedPart explain_live(const Scene& scene, const MeshHierarchy& hierarchy) {
         return {false, "live solver", "solver.kind names another"};
     const std::string reason = why_not_live(elastic_model(scene), hierarchy);
     return {reason.empty(), "live solver",
-            reason.empty() ? "conjugate gradients around multigrid in single precision" : reason};
+            !reason.empty() ? reason
+            : resolved_formulation(elastic_model(scene)) == Formulation::mixed
+                ? "FGMRES around multigrid in single precision and a pressure mass"
+                : "conjugate gradients around multigrid in single precision"};
 }
 
 std::vector<ExplainedPart> explain_run(const std::string& scene_text, const std::string& source,

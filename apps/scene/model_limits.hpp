@@ -31,7 +31,7 @@ std::vector<std::string> beyond_model(const Scene& scene, const TetMesh& mesh,
                                       std::span<const Vector3> displacement);
 
 /// A sentence on elements that lock: nearly incompressible materials computed from displacements
-/// alone, as `track` always does. None if they do not.
+/// alone. None if they do not.
 std::optional<std::string> locking_note(const Scene& scene);
 
 }  // namespace livetet

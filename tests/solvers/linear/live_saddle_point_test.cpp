@@ -1,5 +1,5 @@
 // LiveSaddlePoint: live frames of nearly incompressible bodies, with pressures, against the plain
-// path. On one rank: there they live.
+// path. On one rank, as the live solver is.
 
 #include <gtest/gtest.h>
 
@@ -160,7 +160,7 @@ TEST_P(LiveMixed, ProductsAreThoseOfTheAssembledMatrix) {
 
 /// Cells ten times as wide as high: the entries of the cycle's 16-bit blocks differ the most.
 TEST_P(LiveMixed, SolvesOnFlatTets) {
-    const Vector3 size(0.1, 0.1, 0.005);
+    const Vector3 size(0.1, 0.1, 0.004);
     hierarchy = make_hierarchy({test::block({10, 10, 4}, size), test::block({5, 5, 2}, size)}, "");
     if (GetParam().has_ten_nodes) hierarchy = with_quadratic_level(std::move(hierarchy));
     const TetMesh& mesh = hierarchy.levels.front();
@@ -181,7 +181,7 @@ TEST_P(LiveMixed, SolvesOnFlatTets) {
         ASSERT_TRUE(report.converged) << report.reason;
         iterations[kind == SolverKind::live] = report.iterations;
     }
-    EXPECT_LE(iterations[1], 4 * iterations[0] + 4);  // one smoothing step instead of six
+    EXPECT_LE(iterations[1], 8 * iterations[0]);  // one smoothing step instead of six
 }
 
 /// Where the body is pressed at constant speed, the steps before leave little to solve.
