@@ -46,8 +46,8 @@ class TargetResponses {
     TargetResponses(const Scene& scene, MeshHierarchy hierarchy, std::vector<Vector3> places);
 
     /// `fix`: what holds the body now. With lists of nodes (list_selected_nodes) the work opens no
-    /// file; midpoints of edges in them are left out. Logs a warning, once, if the mesh is too large for the
-    /// effect of the elements to be known.
+    /// file; midpoints of edges in them are left out. Logs a warning, once, if the mesh is too
+    /// large for the effect of the elements to be known.
     void start(std::vector<ResponsePatch> patches, const std::vector<FixOptions>& fix);
     /// Makes the next solve, or sets up a body for the next ones. Returns false if all is done. If
     /// the model's solves fail, the work ends, and `failure` tells why. If those of a variation

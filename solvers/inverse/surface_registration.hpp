@@ -45,9 +45,10 @@ struct [[nodiscard]] SurfaceRegistrationReport {
 /// Gauss-Newton: the gradient is the adjoint's at each iterate; the Hessian is G^T W G + R / E0
 /// with the rows G_i = n_i . sum_k w_k U_k, U = K^-1 B the responses. With up to 30 columns U is
 /// found anew in each iteration. With more it is kept, across frames too, until a step falls short
-/// of what it predicts: then U is the larger part of the work. A step is limited to 4 % of the body's diagonal and halved until J falls. Mestdagh and Cotin (2022), "An
-/// optimal control problem for elastic registration and force estimation in augmented surgery",
-/// solve the same problem by L-BFGS on nodal forces.
+/// of what it predicts: then U is the larger part of the work. A step is limited to 4 % of the
+/// body's diagonal and halved until J falls. Mestdagh and Cotin (2022), "An optimal control problem
+/// for elastic registration and force estimation in augmented surgery", solve the same problem by
+/// L-BFGS on nodal forces.
 ///
 /// A frame starts from the last one's result: calls of `fit` follow a sequence. The body's external
 /// force is that of the registration.
