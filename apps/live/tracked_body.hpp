@@ -44,8 +44,8 @@ struct SceneChange {
     std::vector<RigidTransform<Tool, Tip>> tips;  ///< in the order of track.tools
 };
 
-/// Reads the masks and tips of `scene`. Throws Error if one is invalid, if `place_mm` of a sensor is
-/// off the body, or if nothing would fix the body.
+/// Reads the masks and tips of `scene`. Throws Error if one is invalid, if `place_mm` of a sensor
+/// is off the body, or if nothing would fix the body.
 SceneChange prepare_change(const Scene& scene, const TetMesh& mesh);
 
 /// Maximum distance from the organ's surface of a sensor that is placed, m.

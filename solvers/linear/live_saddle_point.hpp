@@ -7,8 +7,8 @@
 
 namespace livetet {
 
-/// What live frames of the mixed form have in place of a SaddlePointSolver's blocks: products of the
-/// whole operator, in one pass over the tets; the same preconditioner without PETSc's parts of
+/// What live frames of the mixed form have in place of a SaddlePointSolver's blocks: products of
+/// the whole operator, in one pass over the tets; the same preconditioner without PETSc's parts of
 /// vectors, which would allocate in each frame; and a start from earlier increments.
 class LiveSaddlePoint {
   public:
