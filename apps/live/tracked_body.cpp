@@ -42,7 +42,7 @@ TrackedBody::TrackedBody(const Scene& scene, SceneBody& body, ToolFinder find_to
       driven_slot_(body.mesh().nodes.size(), -1) {
     SceneChange whole = prepare_change(scene_, body_.mesh());
     scene_constraints_.emplace(std::move(whole.constraints));
-    fix_ = std::move(whole.fix);
+    stating_.fix = std::move(whole.fix);
     for (const SensorOptions& options : scene_.track->sensors)
         sensors_.push_back(new_sensor(options));
     find_shown(std::move(whole.tips));

@@ -134,6 +134,7 @@ class TrackedBody {
         std::optional<ExpectedRegistrationError> registration;
         std::unique_ptr<TargetResponses> for_slips;  ///< where no errors are stated
         std::vector<const SensorPatch*> patches;     ///< that the responses are of
+        std::vector<FixOptions> fix;                 ///< as SceneChange::fix: needs no file
         bool is_outdated = true;                     ///< patches or fixed nodes have changed
     };
     Sensor new_sensor(const SensorOptions& options) const;
@@ -162,7 +163,6 @@ class TrackedBody {
     PoseFollower reference_follower_;
     LiveRegistration registration_;
     std::optional<SceneConstraints> scene_constraints_;
-    std::vector<FixOptions> fix_;  ///< as SceneChange::fix: responses need no file
     Constraints constraints_;
     Springs springs_;
     bool pulled_ = false;        ///< a patch is held by springs

@@ -76,7 +76,7 @@ void TrackedBody::change(SceneChange&& change) {
             for (const std::int32_t n : settling_->nodes)
                 before[n] = 0;  // they have not arrived yet
         scene_constraints_.emplace(std::move(change.constraints));
-        fix_ = std::move(change.fix);
+        stating_.fix = std::move(change.fix);
         begin_settling(before);
         pulled_ = true;  // springs are rebuilt
     }

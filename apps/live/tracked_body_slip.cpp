@@ -58,7 +58,7 @@ void TrackedBody::renew_responses_for_slips() {
     if (!are_needed || !renew_patches()) return;
     std::vector<ResponsePatch> patches;
     for (const SensorPatch* patch : stating_.patches) patches.push_back(response_patch(*patch));
-    stating_.for_slips->start(std::move(patches), fix_);
+    stating_.for_slips->start(std::move(patches), stating_.fix);
 }
 
 bool TrackedBody::work_on_responses() {

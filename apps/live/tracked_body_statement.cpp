@@ -39,7 +39,7 @@ void TrackedBody::state_errors_of_frame() {
         if (stating_.for_slips) renew_responses_for_slips();
         return;
     }
-    if (renew_patches()) stating_.statement->start(stating_.patches, fix_);
+    if (renew_patches()) stating_.statement->start(stating_.patches, stating_.fix);
     const auto& reference = reference_follower_.used();
     const bool is_valid = frame_.registration == RegistrationStatus::valid;
     std::optional<double> solver_error;
