@@ -198,6 +198,7 @@ void take_scenes(MeshArguments& a) {
             a.grade_scene.string());
 }
 
+#ifdef LIVETET_IMAGES
 /// Says where the mesh is graded.
 void print_grading(const SceneGrading& grading) {
     for (const auto& [key, patch] : grading.patches)
@@ -208,6 +209,7 @@ void print_grading(const SceneGrading& grading) {
     for (const std::string& key : grading.without_place)
         fmt::print("not graded   {}: its place is not stated\n", key);
 }
+#endif
 
 void run(MeshArguments& a) {
     const std::filesystem::path given = a.source.file;
