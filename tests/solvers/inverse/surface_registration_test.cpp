@@ -102,7 +102,7 @@ TEST(SurfaceRegistrationMixed, ARefusedStepLeavesTheBodyInEquilibrium) {
     const ForceBasis uniform = uniform_forces(block.zone);
     const std::vector<Vector3> x = block.equilibrium(uniform, Eigen::Vector3d(0.5, 0.2, 1.6));  // N
     SurfaceRegistration registration(block.body, block.mesh().nodes, block.surface, uniform,
-                                     {.max_iterations = 1000, .tolerance_m = 1e-300});
+                                     {.tolerance_m = 1e-300, .max_iterations = 1000});
     const SurfaceRegistrationReport report = registration.fit(block.points_on_top(x, 0));
     ASSERT_STREQ(report.reason, "no step along the Gauss-Newton direction lowers the misfit");
     const std::vector<Vector3> applied = registration.forces(),
