@@ -6,7 +6,9 @@ namespace livetet {
 
 void TrackedBody::state_errors(std::unique_ptr<ErrorStatement> statement,
                                const std::optional<ExpectedRegistrationError>& registration) {
-    stating_ = {};
+    Stating next;
+    next.fix = std::move(stating_.fix);
+    stating_ = std::move(next);
     stating_.statement = std::move(statement);
     stating_.registration = registration;
     for (const Target& target : stating_.statement->targets())
