@@ -11,36 +11,7 @@ MatrixFreeCoupling::MatrixFreeCoupling(const LevelAssembler& level, double scale
       f_(v_),
       p_(level.share().nodes.size(), 0.0F),
       q_(p_),
-      g_(p_),
-      forces_(3 * level.share().nodes.size(), 0.0),
-      no_pressures_(level.pressure_space()->numbers.size(), 0.0) {
-    const PressureSpace& space = *level.pressure_space();
-    const PetscInt rows = space.owned, columns = 3 * level.share().owned;
-    LIVETET_PETSC(MatCreateShell(space.comm, rows, columns, rows, columns, this, b_.out()));
-    using Work = PetscErrorCode (*)(Mat, Vec, Vec);
-    const Work multiply = [](Mat B, Vec x, Vec y) noexcept -> PetscErrorCode {
-        return in_callback([&] {
-            MatrixFreeCoupling* self = nullptr;
-            LIVETET_PETSC(MatShellGetContext(B, static_cast<void*>(&self)));
-            const ReadArray v(x);
-            WriteArray g(y);
-            self->multiply(0, v.span(), self->no_pressures_, self->forces_, g.span());
-        });
-    };
-    const Work transposed = [](Mat B, Vec x, Vec y) noexcept -> PetscErrorCode {
-        return in_callback([&] {
-            MatrixFreeCoupling* self = nullptr;
-            LIVETET_PETSC(MatShellGetContext(B, static_cast<void*>(&self)));
-            const ReadArray q(x);
-            WriteArray f(y);
-            self->multiply_transposed(q.span(), f.span());
-        });
-    };
-    LIVETET_PETSC(
-        MatShellSetOperation(b_.get(), MATOP_MULT, reinterpret_cast<void (*)()>(multiply)));
-    LIVETET_PETSC(MatShellSetOperation(b_.get(), MATOP_MULT_TRANSPOSE,
-                                       reinterpret_cast<void (*)()>(transposed)));
-}
+      g_(p_) {}
 
 void MatrixFreeCoupling::take(const Configuration& at) {
     at_ = at.rotations;
@@ -54,10 +25,11 @@ void MatrixFreeCoupling::clear() {
 
 void MatrixFreeCoupling::take_scaled(std::span<const double> q) {
     const auto nodes = std::span(level_.single()->node_of_pressure);
-    for (std::size_t i = 0; i < nodes.size(); ++i) q_[nodes[i]] = static_cast<float>(scale_ * q[i]);
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+        q_[nodes[i]] = q.empty() ? 0 : static_cast<float>(scale_ * q[i]);
 }
 
-void MatrixFreeCoupling::give(std::span<double> f, std::span<double> g) const {
+void MatrixFreeCoupling::write_results(std::span<double> f, std::span<double> g) const {
     const auto nodes = std::span(level_.single()->node_of_pressure);
     for (std::size_t i = 0; i < f.size(); ++i) f[i] = f_[i];
     for (std::size_t i = 0; i < nodes.size(); ++i) g[i] = scale_ * g_[nodes[i]];
@@ -70,7 +42,7 @@ void MatrixFreeCoupling::multiply(double factor, std::span<const double> v,
     take_scaled(q);
     clear();
     level_.add_mixed_products(static_cast<float>(factor), *at_, p_, {v_, q_}, {f_, g_});
-    give(f, g);
+    write_results(f, g);
 }
 
 void MatrixFreeCoupling::multiply_transposed(std::span<const double> q, std::span<double> f) {
@@ -81,22 +53,10 @@ void MatrixFreeCoupling::multiply_transposed(std::span<const double> q, std::spa
     for (std::size_t i = 0; i < f.size(); ++i) f[i] = constrained[i / 3] >> (i % 3) & 1 ? 0 : f_[i];
 }
 
-void MatrixFreeCoupling::evaluate(const Configuration& at, std::span<double> f,
-                                  std::span<double> g) {
-    level_.take_pressures(at.p, p_);
+void MatrixFreeCoupling::evaluate(std::span<double> f, std::span<double> g) {
     clear();
-    level_.add_mixed_forces(*at.rotations, p_, {f_, g_});
-    give(f, g);
-}
-
-void MatrixFreeCoupling::increments(const Configuration& at, double factor,
-                                    std::span<const double> v, std::span<double> f,
-                                    std::span<double> g) {
-    level_.take_pressures(at.p, p_);
-    for (std::size_t i = 0; i < v.size(); ++i) v_[i] = static_cast<float>(v[i]);
-    clear();
-    level_.add_mixed_products(static_cast<float>(factor), *at.rotations, p_, {v_, {}}, {f_, g_});
-    give(f, g);
+    level_.add_mixed_forces(*at_, p_, {f_, g_});
+    write_results(f, g);
 }
 
 }  // namespace livetet

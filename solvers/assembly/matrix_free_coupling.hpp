@@ -17,40 +17,33 @@ class MatrixFreeCoupling {
     /// `level` must outlive this. `scale`: Pa/m, see PressureCoupling::scale.
     MatrixFreeCoupling(const LevelAssembler& level, double scale);
 
-    /// B as a matrix of PETSc, of which products are taken; columns of constrained components are
-    /// zero.
-    Mat b() const { return b_.get(); }
-
     /// The displacement and the pressures to take derivatives at; `at.rotations` must stay as they
     /// are until the next call.
     void take(const Configuration& at);
 
     /// f = factor K v + B^T q and g = B v by the law's tangent K; v zero at constrained components,
-    /// where f means nothing. v and f, three numbers a node, q and g scaled.
+    /// where f is that of the free body. v, f: three numbers a node; q, g: scaled; q empty: zero.
     void multiply(double factor, std::span<const double> v, std::span<const double> q,
                   std::span<double> f, std::span<double> g);
     /// f = B^T q, zero at constrained components.
     void multiply_transposed(std::span<const double> q, std::span<double> f);
 
-    /// In one pass over the tets: f = the elastic force of `at`, N, of constrained components too;
+    /// In one pass over the tets: f = the elastic force, N, of constrained components too;
     /// g = scale integral N_i theta.
-    void evaluate(const Configuration& at, std::span<double> f, std::span<double> g);
-    /// f = factor K v, g = B v, of constrained components too.
-    void increments(const Configuration& at, double factor, std::span<const double> v,
-                    std::span<double> f, std::span<double> g);
+    void evaluate(std::span<double> f, std::span<double> g);
+
+    PetscInt pressures() const { return level_.pressure_space()->owned; }
 
   private:
     void clear();
-    void give(std::span<double> f, std::span<double> g) const;
+    void write_results(std::span<double> f, std::span<double> g) const;
     void take_scaled(std::span<const double> q);
 
     const LevelAssembler& level_;
     double scale_;
     const ElementRotations* at_ = nullptr;
-    PetscHandle<Mat> b_;
     std::vector<float> v_, f_;      ///< three numbers a node, one behind
     std::vector<float> p_, q_, g_;  ///< one number a node: pressures, directions, volumes
-    std::vector<double> forces_, no_pressures_;  ///< of products of B alone
 };
 
 }  // namespace livetet

@@ -46,10 +46,12 @@ PressureCoupling::PressureCoupling(const LevelAssembler& level) : level_(level) 
     sums[3] = space.owned;
     MPI_Allreduce(MPI_IN_PLACE, sums, 4, MPI_DOUBLE, MPI_SUM, share.comm);
     scale_ = std::sqrt(sums[0] / sums[2] / (sums[1] / sums[3]));
-    if (level.single())
+    if (level.single()) {
         free_ = std::make_unique<MatrixFreeCoupling>(level, scale_);
-    else
+        values_.resize(space.owned);
+    } else {
         make_b();
+    }
     const int n = share.nodes_per_tet();
     fill(minus_c_, [&](std::size_t, const TetElement& t, int i, int j) {
         return -(mass(t, i, j) / t.lambda + stabilisation(t, i, j, n));
@@ -137,18 +139,29 @@ void PressureCoupling::multiply_c(Vec p, Vec g) {
 }
 
 void PressureCoupling::evaluate(const Configuration& at, Vec f, Vec g) {
+    if (!free_) {
+        level_.elastic_force(at, f);
+        residual(at, g);
+        return;
+    }
     multiply_c(at.p, g);
+    free_->take(at);
     WriteArray forces(f), values(g);
-    values_.resize(values.span().size());
-    free_->evaluate(at, forces.span(), values_);
+    free_->evaluate(forces.span(), values_);
     for (std::size_t i = 0; i < values_.size(); ++i) values[i] += values_[i];
 }
 
 void PressureCoupling::add_increments(const Configuration& at, double factor, Vec v, Vec f, Vec g) {
+    if (!free_) {
+        LIVETET_PETSC(VecSet(f, 0));
+        level_.add_stiffness_times(factor, at, v, f);
+        add_residual_increment(at, v, g);
+        return;
+    }
+    free_->take(at);
     const ReadArray of(v);
     WriteArray forces(f), values(g);
-    values_.resize(values.span().size());
-    free_->increments(at, factor, of.span(), forces.span(), values_);
+    free_->multiply(factor, of.span(), {}, forces.span(), values_);
     for (std::size_t i = 0; i < values_.size(); ++i) values[i] += values_[i];
 }
 

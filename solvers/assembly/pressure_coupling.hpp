@@ -14,13 +14,14 @@ namespace livetet {
 /// (Taylor and Hood 1973); P1 with P1 pressures takes the polynomial pressure projection of
 /// Dohrmann and Bochev (2004): C += 1/(2 mu) integral (N_i - mean N_i) (N_j - mean N_j), which is
 /// local and keeps the order. Both are kept in `scale` times their units, so that all rows are
-/// forces: the unknown of the matrices is p / scale. On a level in single precision, B is a
-/// MatrixFreeCoupling's.
+/// forces: the unknown of the matrices is p / scale. On a level in single precision, B is
+/// applied by a MatrixFreeCoupling.
 class PressureCoupling {
   public:
     explicit PressureCoupling(const LevelAssembler& level);
 
-    Mat b() const { return free_ ? free_->b() : b_.get(); }
+    /// Null on a level in single precision.
+    Mat b() const { return b_.get(); }
     /// Null on a level with a matrix.
     MatrixFreeCoupling* matrix_free() const { return free_.get(); }
     Mat minus_c() const { return minus_c_.get(); }
@@ -33,13 +34,13 @@ class PressureCoupling {
     /// g = scale (integral N_i theta(u) - C p), at owned pressures, in N; at.p in Pa.
     void residual(const Configuration& at, Vec g);
 
-    /// On a level in single precision, in one pass over the tets: f = the elastic force of `at`, g
-    /// = residual(at).
+    /// f = the elastic force of `at`, N, of constrained components too, and g = residual(at); on a
+    /// level in single precision in one pass over the tets.
     void evaluate(const Configuration& at, Vec f, Vec g);
 
     /// g += scale integral N_i d theta(u) : grad v, constrained components too.
     void add_residual_increment(const Configuration& at, Vec v, Vec g);
-    /// On a level in single precision, in one pass: f = factor K v, and the same of g.
+    /// f = factor K v, with what add_residual_increment adds to g; ghosts of v are up to date.
     void add_increments(const Configuration& at, double factor, Vec v, Vec f, Vec g);
 
     /// -S, an approximation of the Schur complement C + B K^-1 B^T, which a tet adds to by
@@ -64,7 +65,7 @@ class PressureCoupling {
     const LevelAssembler& level_;
     double scale_ = 1;
     PetscHandle<Mat> b_, minus_c_, minus_schur_;
-    std::vector<PetscScalar> values_;  ///< of B; or room for volumes
+    std::vector<PetscScalar> values_;  ///< of B; or volumes, on a level in single precision
     std::unique_ptr<MatrixFreeCoupling> free_;
 };
 

@@ -5,50 +5,32 @@
 #include <algorithm>
 #include <numeric>
 
+#include "solvers/linear/shells.hpp"
+#include "solvers/linear/unknown_parts.hpp"
+
 namespace livetet {
 
 LiveSaddlePoint::LiveSaddlePoint(LiveSolver& inner, PressureCoupling& coupling,
                                  PetscHandle<KSP> schur)
     : inner_(inner), coupling_(coupling), schur_(std::move(schur)) {
     displacements_ = static_cast<std::size_t>(3 * inner.fine().share().owned);
-    LIVETET_PETSC(MatCreateVecs(coupling.minus_c(), q_.out(), cq_.out()));
-    no_pressures_.resize(ReadArray(q_.get()).span().size());
-    image_.resize(displacements_ + no_pressures_.size());
+    const PetscInt pressures = coupling.matrix_free()->pressures();
+    image_.resize(displacements_ + static_cast<std::size_t>(pressures));
     force_.resize(displacements_);
-    const auto n = static_cast<PetscInt>(image_.size());
+    const auto first = static_cast<PetscInt>(displacements_);
     MPI_Comm comm = inner.fine().share().comm;
-    LIVETET_PETSC(MatCreateShell(comm, n, n, n, n, this, matrix_.out()));
-    const auto multiply = [](Mat A, Vec x, Vec y) noexcept -> PetscErrorCode {
-        return in_callback([&] {
-            LiveSaddlePoint* self = nullptr;
-            LIVETET_PETSC(MatShellGetContext(A, static_cast<void*>(&self)));
-            const ReadArray from(x);
-            WriteArray to(y);
-            self->multiply(from.span(), to.span());
-        });
-    };
-    LIVETET_PETSC(MatShellSetOperation(
-        matrix_.get(), MATOP_MULT,
-        reinterpret_cast<void (*)()>(static_cast<PetscErrorCode (*)(Mat, Vec, Vec)>(multiply))));
+    matrix_ = make_shell_matrix<&LiveSaddlePoint::multiply>(comm, first + pressures, *this);
+    LIVETET_PETSC(ISCreateStride(comm, first, 0, 1, displacement_rows_.out()));
+    LIVETET_PETSC(ISCreateStride(comm, pressures, first, 1, pressure_rows_.out()));
+    LIVETET_PETSC(MatCreateVecs(coupling.minus_c(), q_.out(), cq_.out()));
     LIVETET_PETSC(MatCreateVecs(matrix_.get(), start_.out(), rest_.out()));
     for (auto& v : guesses_) LIVETET_PETSC(VecDuplicate(start_.get(), v.out()));
     for (auto& v : images_) LIVETET_PETSC(VecDuplicate(start_.get(), v.out()));
 }
 
 void LiveSaddlePoint::configure(PC pc) {
-    LIVETET_PETSC(PCSetType(pc, PCSHELL));
-    LIVETET_PETSC(PCShellSetName(pc, "block triangle of the live cycle and a pressure mass"));
-    LIVETET_PETSC(PCShellSetContext(pc, this));
-    const auto apply = [](PC shell, Vec r, Vec z) noexcept -> PetscErrorCode {
-        return in_callback([&] {
-            LiveSaddlePoint* self = nullptr;
-            LIVETET_PETSC(PCShellGetContext(shell, static_cast<void*>(&self)));
-            const ReadArray from(r);
-            WriteArray to(z);
-            self->precondition(from.span(), to.span());
-        });
-    };
-    LIVETET_PETSC(PCShellSetApply(pc, apply));
+    make_shell_preconditioner<&LiveSaddlePoint::precondition>(
+        pc, *this, "block triangle of the live cycle and a pressure mass");
 }
 
 void LiveSaddlePoint::precondition(std::span<const double> r, std::span<double> z) {
@@ -68,22 +50,24 @@ void LiveSaddlePoint::multiply(std::span<const double> x, std::span<double> y) {
     const auto g = y.subspan(displacements_);
     inner_.multiply_mixed(*coupling_.matrix_free(), x.first(displacements_), q,
                           y.first(displacements_), g);
+    multiply_minus_c(q);
+    const ReadArray c(cq_.get());
+    for (std::size_t i = 0; i < g.size(); ++i) g[i] += c[i];
+}
+
+void LiveSaddlePoint::multiply_minus_c(std::span<const double> q) {
     LIVETET_PETSC(VecPlaceArray(q_.get(), q.data()));
     LIVETET_PETSC(MatMult(coupling_.minus_c(), q_.get(), cq_.get()));
     LIVETET_PETSC(VecResetArray(q_.get()));
-    const ReadArray c(cq_.get());
-    for (std::size_t i = 0; i < g.size(); ++i) g[i] += c[i];
 }
 
 bool LiveSaddlePoint::start_from(std::span<const Unknowns> guesses, Vec b) {
     const std::size_t count = std::min<std::size_t>(guesses.size(), max_guesses);
     for (std::size_t k = 0; k < count; ++k) {
+        join(guesses[k].u, guesses[k].p, guesses_[k].get());
         {
-            const ReadArray u(guesses[k].u), p(guesses[k].p);
             WriteArray x(guesses_[k].get());
-            std::copy(u.span().begin(), u.span().end(), x.span().begin());
-            for (std::size_t i = 0; i < no_pressures_.size(); ++i)
-                x[displacements_ + i] = p[i] / coupling_.scale();
+            for (double& p : x.span().subspan(displacements_)) p /= coupling_.scale();
         }
         LIVETET_PETSC(MatMult(matrix_.get(), guesses_[k].get(), images_[k].get()));
     }
@@ -118,10 +102,8 @@ bool LiveSaddlePoint::is_curved_down(std::span<const double> x) {
     const auto dot = [](std::span<const double> a, std::span<const double> b) {
         return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
     };
-    inner_.multiply_mixed(*coupling_.matrix_free(), u, no_pressures_, Ku, Bu);
-    LIVETET_PETSC(VecPlaceArray(q_.get(), q.data()));
-    LIVETET_PETSC(MatMult(coupling_.minus_c(), q_.get(), cq_.get()));
-    LIVETET_PETSC(VecResetArray(q_.get()));
+    inner_.multiply_mixed(*coupling_.matrix_free(), u, {}, Ku, Bu);
+    multiply_minus_c(q);
     const double of_volume = dot(q, Bu), qCq = -dot(q, ReadArray(cq_.get()).span());
     return dot(u, Ku) + (qCq > 0 ? of_volume * of_volume / qCq : 0) < 0;
 }

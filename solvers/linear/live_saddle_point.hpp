@@ -17,6 +17,8 @@ class LiveSaddlePoint {
 
     /// [K B^T; B -C], of displacements and, behind them, scaled pressures.
     Mat matrix() const { return matrix_.get(); }
+    /// Its rows of displacements and of pressures.
+    UnknownFields fields() const { return {displacement_rows_.get(), pressure_rows_.get()}; }
     /// Makes `pc` the block triangle of SaddlePointSolver.
     void configure(PC pc);
 
@@ -42,15 +44,18 @@ class LiveSaddlePoint {
     static constexpr int max_guesses = LinearSolver::max_guesses;
     void multiply(std::span<const double> x, std::span<double> y);
     void precondition(std::span<const double> r, std::span<double> z);
+    /// cq_ = - C q.
+    void multiply_minus_c(std::span<const double> q);
 
     LiveSolver& inner_;
     PressureCoupling& coupling_;
     PetscHandle<KSP> schur_;
     std::size_t displacements_;  ///< components; pressures stand behind
     PetscHandle<Mat> matrix_;
+    PetscHandle<IS> displacement_rows_, pressure_rows_;
     PetscHandle<Vec> q_, cq_;  ///< pressures of x, and -C times them
     PetscHandle<Vec> start_, rest_, guesses_[max_guesses], images_[max_guesses];
-    std::vector<double> no_pressures_, image_, force_;
+    std::vector<double> image_, force_;
 };
 
 }  // namespace livetet

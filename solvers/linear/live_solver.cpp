@@ -3,23 +3,11 @@
 #include <numeric>
 
 #include "solvers/linear/live_support.hpp"
+#include "solvers/linear/shells.hpp"
 
 namespace livetet {
 
 namespace {
-
-/// What a shell matrix and a shell preconditioner do: (solver.*work)(x, y) on local arrays.
-using Work = void (LiveSolver::*)(std::span<const double>, std::span<double>);
-template <class Shell, class Get>
-PetscErrorCode in_shell(Get get, Shell shell, Vec x, Vec y, Work work) noexcept {
-    return in_callback([&] {
-        void* context = nullptr;
-        LIVETET_PETSC(get(shell, &context));
-        const ReadArray from(x);
-        WriteArray to(y);
-        (static_cast<LiveSolver*>(context)->*work)(from.span(), to.span());
-    });
-}
 
 /// The preconditioner's model: Hooke's law, turned unless all is of small strain. Materials keep
 /// their moduli.
@@ -65,30 +53,14 @@ LiveSolver::LiveSolver(const DistributedHierarchy& mesh, const ElasticModel& mod
     if (is_quadratic)
         quadratic_ = std::make_unique<QuadraticCycle>(*fine_, *levels_[1], *multigrid_,
                                                       mesh.hierarchy.transfers[0], steps, team);
-    make_shell(mesh.comm);
+    shell_ = make_shell_matrix<&LiveSolver::multiply>(mesh.comm, 3 * fine().share().owned, *this);
     make_krylov(mesh.comm, ErrorEstimate::from_steps);
     if (role == Role::solver) watch_curvature(&is_curved_down_);
 }
 
-void LiveSolver::make_shell(MPI_Comm comm) {
-    const PetscInt n = 3 * fine().share().owned;
-    LIVETET_PETSC(MatCreateShell(comm, n, n, n, n, this, shell_.out()));
-    const auto multiply = [](Mat A, Vec x, Vec y) noexcept -> PetscErrorCode {
-        return in_shell(MatShellGetContext, A, x, y, &LiveSolver::multiply);
-    };
-    LIVETET_PETSC(MatShellSetOperation(
-        shell_.get(), MATOP_MULT,
-        reinterpret_cast<void (*)()>(static_cast<PetscErrorCode (*)(Mat, Vec, Vec)>(multiply))));
-}
-
 void LiveSolver::configure(PC pc) {
-    LIVETET_PETSC(PCSetType(pc, PCSHELL));
-    LIVETET_PETSC(PCShellSetName(pc, "multigrid in single precision, re-discretised"));
-    LIVETET_PETSC(PCShellSetContext(pc, this));
-    const auto apply = [](PC shell, Vec r, Vec z) noexcept -> PetscErrorCode {
-        return in_shell(PCShellGetContext, shell, r, z, &LiveSolver::cycle);
-    };
-    LIVETET_PETSC(PCShellSetApply(pc, apply));
+    make_shell_preconditioner<&LiveSolver::cycle>(pc, *this,
+                                                  "multigrid in single precision, re-discretised");
 }
 
 void LiveSolver::set_constrained(std::span<const std::uint8_t> components) {

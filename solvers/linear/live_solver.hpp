@@ -52,7 +52,6 @@ class LiveSolver : public DisplacementSolver {
     void configure(PC pc) override;
     bool change_preconditioner(KSPConvergedReason reason) override;
     Mat matrix() const override { return shell_.get(); }
-    void make_shell(MPI_Comm comm);
     void take_constraints();
 
     CoarseConstraints constraints_;

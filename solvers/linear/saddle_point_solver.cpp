@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "solvers/linear/live_saddle_point.hpp"
+#include "solvers/linear/unknown_parts.hpp"
 
 namespace livetet {
 
@@ -44,22 +45,6 @@ PetscHandle<KSP> make_schur_steps(Mat minus_schur) {
     return ksp;
 }
 
-/// Displacements and pressures into one vector, and back: each rank's displacements stand before
-/// its pressures. (VecGetSubVector would allocate.)
-void join(Vec u, Vec p, Vec x) {
-    const ReadArray from_u(u), from_p(p);
-    WriteArray to(x);
-    std::copy(from_p.span().begin(), from_p.span().end(),
-              std::copy(from_u.span().begin(), from_u.span().end(), to.span().begin()));
-}
-void part(Vec x, Vec u, Vec p) {
-    const ReadArray from(x);
-    WriteArray to_u(u), to_p(p);
-    const auto count = static_cast<std::ptrdiff_t>(to_u.span().size());
-    std::copy_n(from.span().begin(), count, to_u.span().begin());
-    std::copy(from.span().begin() + count, from.span().end(), to_p.span().begin());
-}
-
 }  // namespace
 
 SaddlePointSolver::SaddlePointSolver(std::unique_ptr<DisplacementSolver> inner, ThreadTeam& team)
@@ -71,37 +56,43 @@ SaddlePointSolver::SaddlePointSolver(std::unique_ptr<DisplacementSolver> inner, 
         coupling_ = std::make_unique<PressureCoupling>(fine());
     }
     const HeapMeter meter(&costs_.preconditioner);
-    MPI_Comm comm = fine().share().comm;
-    LIVETET_PETSC(MatCreateTranspose(coupling_->b(), b_transposed_.out()));
-    Mat blocks[4] = {inner_->inner_matrix(), b_transposed_.get(), coupling_->b(),
-                     coupling_->minus_c()};
-    LIVETET_PETSC(MatCreateNest(comm, 2, nullptr, 2, nullptr, blocks, matrix_.out()));
-    IS fields[2] = {nullptr, nullptr};
-    LIVETET_PETSC(MatNestGetISs(matrix_.get(), fields, nullptr));
-    fields_ = {fields[0], fields[1]};
-    LIVETET_PETSC(MatCreateVecs(matrix_.get(), x_.out(), b_.out()));
     if (auto* live = dynamic_cast<LiveSolver*>(inner_.get()))
         live_ = std::make_unique<LiveSaddlePoint>(*live, *coupling_,
                                                   make_schur_steps(coupling_->minus_schur()));
-    make_krylov(comm);
+    else
+        make_blocks();
+    LIVETET_PETSC(MatCreateVecs(matrix(), x_.out(), b_.out()));
+    make_krylov(fine().share().comm);
+}
+
+void SaddlePointSolver::make_blocks() {
+    LIVETET_PETSC(MatCreateTranspose(coupling_->b(), b_transposed_.out()));
+    Mat blocks[4] = {inner_->inner_matrix(), b_transposed_.get(), coupling_->b(),
+                     coupling_->minus_c()};
+    LIVETET_PETSC(
+        MatCreateNest(fine().share().comm, 2, nullptr, 2, nullptr, blocks, matrix_.out()));
+    IS fields[2] = {nullptr, nullptr};
+    LIVETET_PETSC(MatNestGetISs(matrix_.get(), fields, nullptr));
+    fields_ = {fields[0], fields[1]};
 }
 
 SaddlePointSolver::~SaddlePointSolver() = default;
 
 Mat SaddlePointSolver::matrix() const { return live_ ? live_->matrix() : matrix_.get(); }
 
+UnknownFields SaddlePointSolver::fields() const { return live_ ? live_->fields() : fields_; }
+
 void SaddlePointSolver::make_krylov(MPI_Comm comm) {
     read_user_tolerances();
     LIVETET_PETSC(KSPCreate(comm, krylov_.out()));
     KSP ksp = krylov_.get();
     LIVETET_PETSC(KSPSetType(ksp, KSPFGMRES));
-    LIVETET_PETSC(KSPGMRESSetRestart(ksp, 60));
+    LIVETET_PETSC(KSPGMRESSetRestart(ksp, live_ ? live_restart : 60));
     LIVETET_PETSC(KSPSetOperators(ksp, matrix(), matrix()));
     stopping_.install(ksp);
     PC pc = nullptr;
     LIVETET_PETSC(KSPGetPC(ksp, &pc));
     if (live_) {  // frames allocate nothing
-        LIVETET_PETSC(KSPGMRESSetRestart(ksp, live_restart));
         LIVETET_PETSC(KSPGMRESSetPreAllocateVectors(ksp));
         live_->configure(pc);
         take_options(ksp);

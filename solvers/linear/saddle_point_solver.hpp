@@ -35,7 +35,7 @@ class SaddlePointSolver : public LinearSolver {
     LinearReport solve(Vec b, Vec b_p, Vec x, Vec x_p, const LinearControls& controls,
                        std::span<const Unknowns> guesses) override;
     Mat matrix() const override;
-    UnknownFields fields() const override { return fields_; }
+    UnknownFields fields() const override;
     PressureCoupling* coupling() const override { return coupling_.get(); }
     SolverCosts costs() const override;
     /// Of the displacements' part.
@@ -47,6 +47,8 @@ class SaddlePointSolver : public LinearSolver {
                         RenewalExtent wanted) override;
     KSP outer_krylov() const override { return krylov_.get(); }
     KSP preconditioned_krylov() const override { return inner_->inner_krylov(); }
+    /// The matrix and its fields, where they are PETSc's.
+    void make_blocks();
     void make_krylov(MPI_Comm comm);
     /// Has PCFIELDSPLIT apply the inner solver's preconditioner. It can be told only once the
     /// matrix is assembled.

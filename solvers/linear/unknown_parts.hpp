@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "solvers/linear/linear_solver.hpp"
 
 namespace livetet {
@@ -28,5 +30,23 @@ class UnknownParts {
     UnknownFields fields_;
     Vec x_;
 };
+
+/// x = {u, p} by a copy: on each rank displacements stand before pressures. (UnknownParts
+/// allocates, which frames must not.)
+inline void join(Vec u, Vec p, Vec x) {
+    const ReadArray from_u(u), from_p(p);
+    WriteArray to(x);
+    std::copy(from_p.span().begin(), from_p.span().end(),
+              std::copy(from_u.span().begin(), from_u.span().end(), to.span().begin()));
+}
+
+/// {u, p} = x.
+inline void part(Vec x, Vec u, Vec p) {
+    const ReadArray from(x);
+    WriteArray to_u(u), to_p(p);
+    const auto count = static_cast<std::ptrdiff_t>(to_u.span().size());
+    std::copy_n(from.span().begin(), count, to_u.span().begin());
+    std::copy(from.span().begin() + count, from.span().end(), to_p.span().begin());
+}
 
 }  // namespace livetet

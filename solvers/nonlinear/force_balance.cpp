@@ -117,11 +117,10 @@ double ForceBalance::evaluate(ForcesAt forces_at, Vec along) {
     static const PetscLogEvent event = log_event("LivetetForces");
     const PhaseTimer timer(cost_, event);
     const LevelAssembler& fine = level();
-    const bool in_one_pass = volume_ && fine.single();
     if (time_.is_dynamic()) time_.find_velocity();
     if (fine.has_frozen_force())
         evaluate_frozen(forces_at);
-    else if (in_one_pass)
+    else if (volume_)
         solver_.coupling()->evaluate(configuration(), force_.get(), volume_.get());
     else
         fine.elastic_force(configuration(), force_.get());
@@ -143,7 +142,6 @@ double ForceBalance::evaluate(ForcesAt forces_at, Vec along) {
                 r[i] = constrained[i / 3] >> (i % 3) & 1 ? 0 : external[i] - f[i] + of_net * net[i];
         });
     }
-    if (volume_ && !in_one_pass) solver_.coupling()->residual(configuration(), volume_.get());
     return residual_norm();
 }
 
@@ -169,8 +167,7 @@ double ForceBalance::subtract_prescribed() {
     Vec w = prescribed_.increment();
     update_ghosts(w);
     const double factor = time_.stiffness_factor();
-    const bool in_one_pass = volume_ && level().single();
-    if (in_one_pass) {
+    if (volume_) {
         solver_.coupling()->add_increments(configuration(), factor, w, force_.get(), volume_.get());
     } else {
         LIVETET_PETSC(VecSet(force_.get(), 0));
@@ -178,8 +175,6 @@ double ForceBalance::subtract_prescribed() {
     }
     zero_constrained(force_.get());
     LIVETET_PETSC(VecAXPY(residual_.get(), -1, force_.get()));
-    if (volume_ && !in_one_pass)
-        solver_.coupling()->add_residual_increment(configuration(), w, volume_.get());
     scale_ = std::max(scale_, norm_of(force_.get()));
     return residual_norm();
 }
