@@ -86,18 +86,25 @@ void expect_near(const std::vector<float>& got, const std::vector<double>& expec
         ASSERT_NEAR(got[k], expected[k], 5e-6 * largest + 3e-7) << what << ' ' << k;
 }
 
+/// Of each point at u, for a model that reads them.
+template <int nodes>
+std::vector<RotationBatch<float>> rotations_of(const ConstitutiveModel& model,
+                                               const TetBatches<float, nodes>& batches,
+                                               std::span<const float> u) {
+    if (model.kinematics() != Kinematics::corotated)
+        return TetBatches<float>::make_fixed_rotations();
+    std::vector<RotationBatch<float>> rotations(batches.points * batches.all().end);
+    update_rotations(batches, batches.all(), u, std::span(rotations));
+    return rotations;
+}
+
 /// `law` on the block in two parts against `model`, strained by about `size`.
 template <int nodes>
 void compare(const ConstitutiveModel& model, const BatchLaw& law, double size) {
     const BentBlock<nodes> block(size);
     const TetBatches<float, nodes> batches(block.elements, block.tets,
                                            part_batches(block.tets, 2, batch_width<float>));
-    std::vector<RotationBatch<float>> rotations(batches.points * batches.all().end);
-    if (model.kinematics() == Kinematics::corotated)
-        update_rotations(batches, batches.all(), std::span<const float>(block.u),
-                         std::span(rotations));
-    else
-        rotations = TetBatches<float>::make_fixed_rotations();
+    const auto rotations = rotations_of(model, batches, block.u);
     const std::string what(model.name());
     std::vector<float> f(block.u.size(), 0.0F);
     law.add_forces(batches, batches.all(), rotations, block.u, f);
@@ -139,12 +146,7 @@ void compare_mixed(const ConstitutiveModel& model, const MixedLaw& law, double s
     for (TetElement& e : block.elements) e.lambda = modulus;
     const TetBatches<float, nodes> batches(block.elements, block.tets,
                                            part_batches(block.tets, 2, batch_width<float>));
-    std::vector<RotationBatch<float>> rotations(batches.points * batches.all().end);
-    if (model.kinematics() == Kinematics::corotated)
-        update_rotations(batches, batches.all(), std::span<const float>(block.u),
-                         std::span(rotations));
-    else
-        rotations = TetBatches<float>::make_fixed_rotations();
+    const auto rotations = rotations_of(model, batches, block.u);
     const std::size_t count = block.u.size() / 3;
     std::vector<float> p(count), q(count);
     for (std::size_t i = 0; i < count; ++i) {
