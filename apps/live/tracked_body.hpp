@@ -136,6 +136,12 @@ class TrackedBody {
         std::vector<const SensorPatch*> patches;     ///< that the responses are of
         std::vector<FixOptions> fix;                 ///< as SceneChange::fix: needs no file
         bool is_outdated = true;                     ///< patches or fixed nodes have changed
+        /// Forgets all but what is fixed.
+        void restart() {
+            std::vector<FixOptions> kept = std::move(fix);
+            *this = {};
+            fix = std::move(kept);
+        }
     };
     Sensor new_sensor(const SensorOptions& options) const;
     void follow_hand(Sensor& sensor);

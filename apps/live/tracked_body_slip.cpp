@@ -46,9 +46,7 @@ std::optional<Eigen::Matrix3d> TrackedBody::ring_response(const Sensor& sensor) 
 }
 
 void TrackedBody::judge_slips_by(std::unique_ptr<TargetResponses> responses) {
-    Stating next;
-    next.fix = std::move(stating_.fix);
-    stating_ = std::move(next);
+    stating_.restart();
     stating_.for_slips = std::move(responses);
 }
 

@@ -6,9 +6,7 @@ namespace livetet {
 
 void TrackedBody::state_errors(std::unique_ptr<ErrorStatement> statement,
                                const std::optional<ExpectedRegistrationError>& registration) {
-    Stating next;
-    next.fix = std::move(stating_.fix);
-    stating_ = std::move(next);
+    stating_.restart();
     stating_.statement = std::move(statement);
     stating_.registration = registration;
     for (const Target& target : stating_.statement->targets())
