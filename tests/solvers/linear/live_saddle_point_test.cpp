@@ -8,6 +8,7 @@
 #include "mesh/quadratic.hpp"
 #include "solvers/linear/linear_solver.hpp"
 #include "solvers/nonlinear/deformable_body.hpp"
+#include "support/beam_press.hpp"
 #include "support/ranks.hpp"
 #include "support/shapes.hpp"
 
@@ -39,19 +40,7 @@ class LiveMixed : public testing::TestWithParam<MixedCase> {
         return b;
     }
     Constraints pressed(double part) const {
-        const TetMesh& mesh = hierarchy.levels.front();
-        Constraints constraints(mesh.nodes.size());
-        constraints.prescribe(
-            test::nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }),
-            Vector3::Zero());
-        constraints.prescribe(test::nodes_where(mesh,
-                                                [](const Vector3& x) {
-                                                    return x.z() > 0.0999 &&
-                                                           std::abs(x.x() - 0.1) < 0.03 &&
-                                                           std::abs(x.y() - 0.05) < 0.03;
-                                                }),
-                              part * Vector3(0, 0.002, -0.01));
-        return constraints;
+        return test::pressed_beam(hierarchy.levels.front(), 0.03, part * Vector3(0, 0.002, -0.01));
     }
     /// Pressed slowly, then let go on.
     void follow(DeformableBody& live, const FrameControls& effort, int rest) const {
@@ -60,12 +49,6 @@ class LiveMixed : public testing::TestWithParam<MixedCase> {
             (void)live.advance(0, effort);
         }
         for (int frame = 0; frame < rest; ++frame) (void)live.advance(0, effort);
-    }
-    static double largest_gap(const std::vector<Vector3>& a, const std::vector<Vector3>& b) {
-        double largest = 0;
-        for (std::size_t i = 0; i < a.size(); ++i)
-            largest = std::max(largest, (a[i] - b[i]).norm());
-        return largest;
     }
 
     MeshHierarchy hierarchy = make_hierarchy(
@@ -81,7 +64,7 @@ TEST_P(LiveMixed, AgreesWithThePlainPathTo1e6WhenLetGoOn) {
     for (const int threads : {1, 2}) {
         const auto live = body({.kind = SolverKind::live, .threads = threads});
         follow(*live, {.linear_tolerance = 1e-3}, 40);
-        EXPECT_LT(largest_gap(live->displacement(), plain->displacement()), 1e-6 * 0.0102)
+        EXPECT_LT(test::largest_gap(live->displacement(), plain->displacement()), 1e-6 * 0.0102)
             << threads << " threads";
     }
 }
@@ -96,7 +79,7 @@ TEST_P(LiveMixed, AgreesWithThePlainPathInTime) {
             b->set_constraints(pressed(k / 4.0));
             (void)b->advance(0.02, effort);
         }
-    EXPECT_LT(largest_gap(live->displacement(), plain->displacement()), 3e-5 * 0.0102);
+    EXPECT_LT(test::largest_gap(live->displacement(), plain->displacement()), 3e-5 * 0.0102);
 }
 
 /// The operator of a bent body, in a Newmark step with damping, mass and springs.
@@ -212,15 +195,8 @@ TEST_P(LiveMixed, ADeadlineThatIsPastLeavesOneIterationAndAUsableIterate) {
 /// Shortened by two fifths, a beam wants to buckle.
 TEST_P(LiveMixed, GoesOnWhereTheTangentIsNotPositive) {
     const auto live = body({.kind = SolverKind::live, .threads = 2});
-    const TetMesh& mesh = hierarchy.levels.front();
     for (int k = 1; k <= 40; ++k) {
-        Constraints shortened(mesh.nodes.size());
-        for (const double end : {0.0, 0.2})
-            shortened.prescribe(
-                test::nodes_where(mesh,
-                                  [&](const Vector3& x) { return std::abs(x.x() - end) < 1e-9; }),
-                Vector3(-k / 100.0 * end, 0, 0));
-        live->set_constraints(shortened);
+        live->set_constraints(test::shortened_beam(hierarchy.levels.front(), k / 100.0));
         const StepReport report = live->advance(0, {.linear_tolerance = 1e-3});
         ASSERT_TRUE(report.converged) << k << ": " << report.reason;
         ASSERT_FALSE(report.kept_old) << k;

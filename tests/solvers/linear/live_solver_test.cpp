@@ -7,6 +7,7 @@
 
 #include "mesh/quadratic.hpp"
 #include "solvers/nonlinear/deformable_body.hpp"
+#include "support/beam_press.hpp"
 #include "support/ranks.hpp"
 #include "support/shapes.hpp"
 
@@ -46,25 +47,7 @@ class LiveSolver : public testing::Test {
         return b;
     }
     Constraints pressed(double part) const {
-        const TetMesh& mesh = hierarchy.levels.front();
-        Constraints constraints(mesh.nodes.size());
-        constraints.prescribe(
-            test::nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }),
-            Vector3::Zero());
-        constraints.prescribe(test::nodes_where(mesh,
-                                                [](const Vector3& x) {
-                                                    return x.z() > 0.0999 &&
-                                                           std::abs(x.x() - 0.1) < 0.02 &&
-                                                           std::abs(x.y() - 0.05) < 0.02;
-                                                }),
-                              part * Vector3(0, 0.004, -0.015));
-        return constraints;
-    }
-    static double largest_gap(const std::vector<Vector3>& a, const std::vector<Vector3>& b) {
-        double largest = 0;
-        for (std::size_t i = 0; i < a.size(); ++i)
-            largest = std::max(largest, (a[i] - b[i]).norm());
-        return largest;
+        return test::pressed_beam(hierarchy.levels.front(), 0.02, part * Vector3(0, 0.004, -0.015));
     }
 
     MeshHierarchy hierarchy = beam();
@@ -78,7 +61,7 @@ TEST_F(LiveSolver, AgreesWithThePlainPathTo1e6WhenConverged) {
     for (const int threads : {1, 2}) {
         const auto live = body({.kind = SolverKind::live, .threads = threads});
         for (int frame = 0; frame < 60; ++frame) (void)live->advance(0, {.linear_tolerance = 1e-4});
-        EXPECT_LT(largest_gap(live->displacement(), plain->displacement()), 1e-6 * 0.0155)
+        EXPECT_LT(test::largest_gap(live->displacement(), plain->displacement()), 1e-6 * 0.0155)
             << threads << " threads";
     }
 }
@@ -94,17 +77,6 @@ class LiveSolverOfLaw : public LiveSolver,
         model = GetParam().first;
         if (GetParam().second) hierarchy = with_quadratic_level(std::move(hierarchy));
     }
-    /// Both ends held, one moved towards the other by a share of the length.
-    Constraints shortened(double share) const {
-        const TetMesh& mesh = hierarchy.levels.front();
-        Constraints constraints(mesh.nodes.size());
-        for (const double end : {0.0, 0.2})
-            constraints.prescribe(
-                test::nodes_where(mesh,
-                                  [&](const Vector3& x) { return std::abs(x.x() - end) < 1e-9; }),
-                Vector3(-share * end, 0, 0));
-        return constraints;
-    }
 };
 
 TEST_P(LiveSolverOfLaw, AgreesWithThePlainPathTo1e6WhenConverged) {
@@ -118,7 +90,7 @@ TEST_P(LiveSolverOfLaw, AgreesWithThePlainPathTo1e6WhenConverged) {
             (void)live->advance(0, {.linear_tolerance = 1e-4});
         }
         for (int frame = 0; frame < 50; ++frame) (void)live->advance(0, {.linear_tolerance = 1e-4});
-        EXPECT_LT(largest_gap(live->displacement(), plain->displacement()), 1e-6 * 0.0155)
+        EXPECT_LT(test::largest_gap(live->displacement(), plain->displacement()), 1e-6 * 0.0155)
             << threads << " threads";
     }
 }
@@ -128,7 +100,7 @@ TEST_P(LiveSolverOfLaw, AgreesWithThePlainPathTo1e6WhenConverged) {
 TEST_P(LiveSolverOfLaw, GoesOnWhereTheTangentIsNotPositive) {
     const auto live = body({.kind = SolverKind::live, .threads = 2});
     for (int k = 1; k <= 40; ++k) {
-        live->set_constraints(shortened(k / 100.0));
+        live->set_constraints(test::shortened_beam(hierarchy.levels.front(), k / 100.0));
         const StepReport report = live->advance(0, {.linear_tolerance = 1e-3});
         ASSERT_TRUE(report.converged) << k << ": " << report.reason;
         ASSERT_FALSE(report.kept_old) << k;
@@ -140,7 +112,7 @@ TEST_P(LiveSolverOfLaw, GoesOnWhereTheTangentIsNotPositive) {
 TEST_P(LiveSolverOfLaw, OneIterationIsEnoughToSeeThatTheTangentIsNotPositive) {
     const auto live = body({.kind = SolverKind::live});
     for (int k = 1; k <= 40; ++k) {
-        live->set_constraints(shortened(k / 100.0));
+        live->set_constraints(test::shortened_beam(hierarchy.levels.front(), k / 100.0));
         ASSERT_FALSE(live->advance(0, {.linear_tolerance = 1e-3, .max_iterations = 1}).kept_old);
     }
     for (int k = 0; k < 40; ++k)
@@ -185,7 +157,7 @@ TEST_F(LiveSolver, AgreesWithThePlainPathInTime) {
             b->set_constraints(pressed(k / 4.0));
             (void)b->advance(0.02, effort);
         }
-    EXPECT_LT(largest_gap(live->displacement(), plain->displacement()), 3e-5 * 0.0155);
+    EXPECT_LT(test::largest_gap(live->displacement(), plain->displacement()), 3e-5 * 0.0155);
 }
 
 TEST_F(LiveSolver, ADeadlineThatIsPastLeavesOneIterationAndAUsableIterate) {
@@ -213,7 +185,7 @@ TEST_F(LiveSolver, DoesTheIterationsItIsToldAndIsNearerForEachMore) {
             live->advance(0, {.linear_tolerance = 1e-6, .max_iterations = iterations});
         EXPECT_EQ(report.iterations, iterations);
         EXPECT_TRUE(report.cut_short);
-        const double gap = largest_gap(live->displacement(), exact->displacement());
+        const double gap = test::largest_gap(live->displacement(), exact->displacement());
         EXPECT_LT(gap, 0.5 * before) << iterations;
         before = gap;
     }
@@ -281,7 +253,7 @@ TEST_F(LiveSolver, KeepsTheOldStateWhereTheNewOneWouldBeOutOfThisWorld) {
     EXPECT_EQ(live->displacement(), before);
     live->set_constraints(pressed(0.2));
     EXPECT_FALSE(live->advance(0, {.linear_tolerance = 1e-6}).kept_old);
-    EXPECT_LT(largest_gap(live->displacement(), before), 0.01);
+    EXPECT_LT(test::largest_gap(live->displacement(), before), 0.01);
 }
 
 /// A press and back by halves of the operator comes as near to equilibrium as by whole ones.
@@ -303,8 +275,8 @@ TEST_F(LiveSolver, RenewsByHalvesWhatADeadlineLeavesNoTimeFor) {
                 exact->solve(0, {.max_newton = 30, .tolerance = 1e-5, .linear_tolerance = 1e-2})
                     .converged)
                 << k;
-            worst[halves] =
-                std::max(worst[halves], largest_gap(live->displacement(), exact->displacement()));
+            worst[halves] = std::max(
+                worst[halves], test::largest_gap(live->displacement(), exact->displacement()));
         }
     }
     EXPECT_LT(worst[1], 3 * worst[0]);
@@ -324,7 +296,8 @@ TEST_F(LiveSolver, RenewsByHalvesWhatADeadlineLeavesNoTimeFor) {
                             .renewal = halves ? RenewalExtent::half : RenewalExtent::whole});
             EXPECT_EQ(report.half_renewed, halves && k > 11) << k;
         }
-    EXPECT_LT(largest_gap(whole->displacement(), by_halves->displacement()), 1e-2 * 0.0155 * 0.02);
+    EXPECT_LT(test::largest_gap(whole->displacement(), by_halves->displacement()),
+              1e-2 * 0.0155 * 0.02);
 
     const auto late = body({.kind = SolverKind::live});
     for (int k = 1; k <= 12; ++k) {
