@@ -33,6 +33,14 @@ class LocalForces {
     PetscScalar* data_ = nullptr;
 };
 
+/// Parts of the first round (see BatchParts). More than there are threads, so that these find work
+/// when one of them has lost its core; whatever their number, so that results are the same. Smaller
+/// parts would wait for each other longer than they take.
+int part_count(std::size_t tets) {
+    constexpr std::size_t tets_a_part = 100, most = 8;
+    return static_cast<int>(std::clamp<std::size_t>(tets / tets_a_part, 1, most));
+}
+
 }  // namespace
 
 LevelAssembler::LevelAssembler(const TetMesh& mesh, PartitionedMesh share,
@@ -129,12 +137,9 @@ double LevelAssembler::least_mu() const {
 }
 
 void LevelAssembler::make_double_batches() {
-    parts_ = part_batches(share_.tets, team_.size(), batch_width<double>);
+    parts_ = part_batches(share_.tets, 1, batch_width<double>);
     batches_.emplace(elements(), share_.tets, parts_);
-    if (parts_.parts.size() == 1)  // lanes in the order of the tets need no table
-        std::vector<std::int32_t>().swap(parts_.tet_of_lane);
-    else
-        number_lanes();
+    std::vector<std::int32_t>().swap(parts_.tet_of_lane);  // lanes are in the order of the tets
 }
 
 const BatchLaw* LevelAssembler::shared_law() const {
@@ -156,7 +161,7 @@ void LevelAssembler::make_single_batches() {
     }
     const auto make = [&](const auto& nodes) {
         constexpr int count = std::tuple_size_v<std::remove_cvref_t<decltype(nodes[0])>>;
-        parts_ = part_batches(nodes, team_.size(), batch_width<float>);
+        parts_ = part_batches(nodes, part_count(nodes.size()), batch_width<float>);
         single_ = std::make_unique<SinglePrecisionBatches>(
             TetBatches<float, count>(elements(), nodes, parts_), *law, std::move(own), zeros,
             zeros);

@@ -225,8 +225,8 @@ class LevelAssembler {
     /// work(batches) on all of them, by the whole team; work may add to nodes.
     template <class Work>
     void over_batches(Work&& work) const {
-        team_.run([&](int thread) { work(parts_.parts[thread]); });
-        work(parts_.shared);
+        for (const auto& round : parts_.rounds)
+            team_.run_tasks(round.size(), [&](std::size_t part) { work(round[part]); });
     }
     /// f += the elastic forces at u of a level in single precision.
     void add_single_forces(const ElementRotations& rotations, std::span<const float> u,

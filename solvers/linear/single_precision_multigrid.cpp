@@ -69,11 +69,13 @@ struct SinglePrecisionMultigrid::Level {
     /// not in A.
     void assemble(std::span<const RotationBatch<float>> rotations, double m_over_s, double s,
                   Renewal renewal) {
-        const BatchRange shared = level.parts().shared;
-        team.run_pieces(shared.end - shared.begin, 30, [&](std::size_t begin, std::size_t end) {
-            A.rotate_shared({shared.begin + begin, shared.begin + end}, batches, rotations);
+        const BatchRange later = level.parts().later();
+        team.run_pieces(later.end - later.begin, 30, [&](std::size_t begin, std::size_t end) {
+            A.rotate_later({later.begin + begin, later.begin + end}, batches, rotations);
         });
-        team.run([&](int thread) { A.write_part(thread, renewal, batches, rotations); });
+        team.run_tasks(level.parts().rounds.front().size(), [&](std::size_t part) {
+            A.write_part(static_cast<int>(part), renewal, batches, rotations);
+        });
         const auto renewed = A.rows_of(renewal);
         team.run_pieces(renewed.size(), grain, [&](std::size_t begin, std::size_t end) {
             const auto rows = renewed.subspan(begin, end - begin);

@@ -1,8 +1,8 @@
 #include "solvers/linear/stopping_test.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
+#include <numeric>
 
 namespace livetet {
 
@@ -80,18 +80,23 @@ void StoppingTest::measure_step(KSP ksp) {
     }
     const ReadArray x(now);
     WriteArray y(previous_.get());
-    std::atomic<double> sum{0};
-    team_.run_pieces(y.span().size(), 1000, [&](std::size_t begin, std::size_t end) {
-        double of_piece = 0;
-        for (std::size_t i = begin; i < end; ++i) {
-            const double step = x[i] - y[i];
-            of_piece += step * step;
-            y[i] = x[i];
+    // Summed by pieces that do not depend on the number of threads, nor then do the bits.
+    const std::size_t size = y.span().size();
+    piece_sums_.resize((size + piece - 1) / piece);
+    team_.run_pieces(piece_sums_.size(), 1, [&](std::size_t first, std::size_t last) {
+        for (std::size_t k = first; k < last; ++k) {
+            double sum = 0;
+            for (std::size_t i = k * piece; i < std::min(size, (k + 1) * piece); ++i) {
+                const double step = x[i] - y[i];
+                sum += step * step;
+                y[i] = x[i];
+            }
+            piece_sums_[k] = sum;
         }
-        sum += of_piece;
     });
+    const double sum = std::accumulate(piece_sums_.begin(), piece_sums_.end(), 0.0);
     steps_[0] = steps_[1];
-    steps_[1] = std::sqrt(sum / (static_cast<double>(y.span().size()) / 3));
+    steps_[1] = std::sqrt(sum / (static_cast<double>(size) / 3));
 }
 
 double StoppingTest::end() {

@@ -56,7 +56,32 @@ class ThreadTeam {
             run([&](int thread) { work(count * thread / pieces, count * (thread + 1) / pieces); });
     }
 
+    static constexpr std::size_t max_tasks = 64;
+
+    /// Calls work(task) once for each task of [0, count), count <= max_tasks. A thread begins with
+    /// its own piece of them, the same at each call, whose data its cache may hold; then it takes
+    /// what others have not begun. A thread that loses its core delays no task but its present one.
+    template <class Work>
+    void run_tasks(std::size_t count, Work&& work) {
+        if (workers_.empty() || count < 2) {
+            for (std::size_t task = 0; task < count; ++task) work(task);
+            return;
+        }
+        begun_.store(0, std::memory_order_relaxed);  // `run` shows it to the workers
+        run([&](int thread) {
+            const std::size_t first = count * thread / size();
+            for (std::size_t k = 0; k < count; ++k)
+                if (const std::size_t task = (first + k) % count; begins(task)) work(task);
+        });
+    }
+
   private:
+    bool begins(std::size_t task) {
+        const std::uint64_t bit = std::uint64_t{1} << task;
+        return !(begun_.load(std::memory_order_relaxed) & bit) &&
+               !(begun_.fetch_or(bit, std::memory_order_relaxed) & bit);
+    }
+
     using Call = void (*)(void*, int);
     void start(Call call, void* work);
     void finish();
@@ -68,6 +93,7 @@ class ThreadTeam {
     alignas(64) std::atomic<std::uint32_t> round_{0};  ///< counts the calls of `run`
     alignas(64) std::atomic<int> at_work_{0};
     alignas(64) std::atomic<int> asleep_{0};
+    alignas(64) std::atomic<std::uint64_t> begun_{0};  ///< of run_tasks, a bit a task
 };
 
 }  // namespace livetet

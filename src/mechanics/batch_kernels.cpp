@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <numeric>
 
 #include "mechanics/lanes.hpp"
 #include "mechanics/materials/corotated.hpp"
@@ -63,48 +64,61 @@ void add_to(Real* p, const Lanes<Real>& x) {
 
 namespace {
 
-template <std::size_t nodes_a_tet>
-BatchParts part_lanes(std::span<const std::array<std::int32_t, nodes_a_tet>> tets, int parts,
-                      int width) {
-    BatchParts result;
+/// Which of `tets` go to each part, and behind them those that wait for another round.
+template <class Nodes>
+std::vector<std::vector<std::int32_t>> cut_into_parts(std::span<const Nodes> all,
+                                                      std::span<const std::int32_t> tets, int parts,
+                                                      std::size_t nodes) {
+    std::vector<std::vector<std::int32_t>> cut;
     const auto count = static_cast<double>(tets.size());
-    std::vector<std::int32_t> nodes_of_tets;
-    for (const auto& t : tets) nodes_of_tets.insert(nodes_of_tets.end(), t.begin(), t.end());
-    const std::size_t nodes = tets.empty() ? 0
-                                           : static_cast<std::size_t>(*std::max_element(
-                                                 nodes_of_tets.begin(), nodes_of_tets.end())) +
-                                                 1;
-    std::vector<std::vector<std::int32_t>> lanes;
-    double shared = 0;
-    // How much is shared is known only when it was cut: a second cut makes the work even.
-    for (int cut = 0; cut < (parts > 1 ? 3 : 1); ++cut) {
-        lanes.assign(parts + 1, {});
-        const double first = (1 - shared) / parts;
-        const auto part_of = [&](std::size_t e) {
-            const double place = (static_cast<double>(e) + 0.5) / count;
+    double waiting = 0;
+    // How many wait is known only when it was cut: a second cut makes the work even.
+    for (int trial = 0; trial < (parts > 1 ? 3 : 1); ++trial) {
+        cut.assign(parts + 1, {});
+        const double first = (1 - waiting) / parts;
+        const auto part_of = [&](std::size_t k) {
+            const double place = (static_cast<double>(k) + 0.5) / count;
             return place < first
                        ? 0
                        : std::min(parts - 1, 1 + static_cast<int>((place - first) / (1 - first) *
                                                                   (parts - 1)));
         };
         std::vector<int> earliest(nodes, parts);
-        for (std::size_t e = 0; e < tets.size(); ++e)
-            for (const std::int32_t n : tets[e]) earliest[n] = std::min(earliest[n], part_of(e));
-        for (std::size_t e = 0; e < tets.size(); ++e) {
-            const bool own = std::all_of(tets[e].begin(), tets[e].end(),
-                                         [&](std::int32_t n) { return earliest[n] == part_of(e); });
-            lanes[own ? part_of(e) : parts].push_back(static_cast<std::int32_t>(e));
+        for (std::size_t k = 0; k < tets.size(); ++k)
+            for (const std::int32_t n : all[tets[k]])
+                earliest[n] = std::min(earliest[n], part_of(k));
+        for (std::size_t k = 0; k < tets.size(); ++k) {
+            const Nodes& tet = all[tets[k]];
+            const bool own = std::all_of(tet.begin(), tet.end(),
+                                         [&](std::int32_t n) { return earliest[n] == part_of(k); });
+            cut[own ? part_of(k) : parts].push_back(tets[k]);
         }
-        shared = static_cast<double>(lanes[parts].size()) / std::max(count, 1.0);
+        waiting = static_cast<double>(cut[parts].size()) / std::max(count, 1.0);
     }
-    for (std::vector<std::int32_t>& part : lanes) {
-        part.resize((part.size() + width - 1) / width * width, -1);
-        const std::size_t begin = result.tet_of_lane.size() / width;
-        result.tet_of_lane.insert(result.tet_of_lane.end(), part.begin(), part.end());
-        result.parts.push_back({begin, result.tet_of_lane.size() / width});
-    }
-    result.shared = result.parts.back();
-    result.parts.pop_back();
+    return cut;
+}
+
+template <class Nodes>
+BatchParts part_lanes(std::span<const Nodes> tets, int parts, int width) {
+    std::size_t nodes = 0;
+    for (const Nodes& t : tets)
+        for (const std::int32_t n : t) nodes = std::max(nodes, static_cast<std::size_t>(n) + 1);
+    BatchParts result;
+    std::vector<std::int32_t> left(tets.size());
+    std::iota(left.begin(), left.end(), 0);
+    do {
+        auto cut = cut_into_parts<Nodes>(tets, left, parts, nodes);
+        left = std::move(cut.back());
+        cut.pop_back();
+        result.rounds.emplace_back();
+        for (std::vector<std::int32_t>& part : cut) {
+            part.resize((part.size() + width - 1) / width * width, -1);
+            const std::size_t begin = result.tet_of_lane.size() / width;
+            result.tet_of_lane.insert(result.tet_of_lane.end(), part.begin(), part.end());
+            result.rounds.back().push_back({begin, result.tet_of_lane.size() / width});
+        }
+        parts = std::max(1, parts / 2);
+    } while (!left.empty());
     return result;
 }
 

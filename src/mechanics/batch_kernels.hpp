@@ -44,16 +44,21 @@ struct BatchRange {
     std::size_t begin, end;
 };
 
-/// Batches for threads to work on at once. No two `parts` share a node; what touches the nodes of
-/// an earlier part than its own stands in `shared`, to be worked on when the parts are done.
+/// Batches for threads to work on at once, in rounds. No two parts of a round share a node, so that
+/// threads may add to the nodes of different parts; a round begins when the one before it is done.
+/// A node's sum is then the same to the bit, whichever threads work and however many.
 struct BatchParts {
-    std::vector<std::int32_t> tet_of_lane;  ///< batch after batch; -1: none
-    std::vector<BatchRange> parts;
-    BatchRange shared{0, 0};
+    std::vector<std::int32_t> tet_of_lane;        ///< batch after batch; -1: none
+    std::vector<std::vector<BatchRange>> rounds;  ///< the parts of each; at least one round
+
+    /// All batches behind the first round.
+    BatchRange later() const { return {rounds.front().back().end, rounds.back().back().end}; }
 };
 
-/// Consecutive tets to each of `parts` parts, about as many to each, in batches of `width`. Little
-/// is shared where tets that are near in space are near in number (renumber_for_locality).
+/// The first round has `parts` parts of consecutive tets, about as many to each, in batches of
+/// `width`. Tets that touch nodes of an earlier part than their own are cut again for the next
+/// round, into half as many parts. Few are where tets that are near in space are near in number
+/// (sort_for_locality).
 BatchParts part_batches(std::span<const std::array<std::int32_t, 4>> tets, int parts, int width);
 BatchParts part_batches(std::span<const std::array<std::int32_t, 10>> tets, int parts, int width);
 

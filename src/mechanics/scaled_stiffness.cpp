@@ -143,6 +143,7 @@ void ScaledStiffness::find_rows(std::span<const std::array<std::int32_t, 4>> tet
 
 void ScaledStiffness::find_steps(std::span<const std::array<std::int32_t, 4>> tets,
                                  const BatchParts& parts) {
+    const std::vector<BatchRange>& own = parts.rounds.front();
     const auto block = [&](std::int32_t row, std::int32_t column) {
         return static_cast<std::int32_t>(std::lower_bound(columns_.begin() + start_[row],
                                                           columns_.begin() + end_[row],
@@ -162,8 +163,8 @@ void ScaledStiffness::find_steps(std::span<const std::array<std::int32_t, 4>> te
         const auto at = static_cast<std::uint32_t>(lane) * 16;
         const std::size_t batch = lane / batch_width<float>;
         int part = 0;
-        while (part < static_cast<int>(parts.parts.size()) &&
-               !(parts.parts[part].begin <= batch && batch < parts.parts[part].end))
+        while (part < static_cast<int>(own.size()) &&
+               !(own[part].begin <= batch && batch < own[part].end))
             ++part;
         for (std::uint32_t i = 0; i < 4; ++i)
             for (std::uint32_t j = 0; j < 4; ++j) {
@@ -171,23 +172,30 @@ void ScaledStiffness::find_steps(std::span<const std::array<std::int32_t, 4>> te
                 EdgeTets& edge_tets = tets_of_block[block(tet[i], tet[j])];
                 edge_tets.shares.push_back({at + 4 * i, at + 4 * j});
                 edge_tets.factor = 1 / (scale_[tet[i]] * scale_[tet[j]]);
-                if (part == static_cast<int>(parts.parts.size())) continue;  // shared
+                if (part == static_cast<int>(own.size())) continue;  // of a later round
                 edge_tets.part = part;
-                edge_tets.step =
-                    std::max(edge_tets.step, (batch - parts.parts[part].begin) / step_batches);
+                edge_tets.step = std::max(edge_tets.step, (batch - own[part].begin) / step_batches);
             }
     }
     std::vector<std::vector<std::vector<std::int32_t>>> edges(
-        parts.parts.size());  // of each step of each part
+        own.size());  // of each step of each part
     for (std::size_t p = 0; p < edges.size(); ++p)
         edges[p].resize(std::max<std::size_t>(
-            1, (parts.parts[p].end - parts.parts[p].begin + step_batches - 1) / step_batches));
-    std::size_t turn = 0;  // whose edges of shared tets alone go to each part in turn
+            1, (own[p].end - own[p].begin + step_batches - 1) / step_batches));
+    // Edges of later tets alone go to parts and steps by their order: a cache line that two threads
+    // write is slow.
+    std::vector<std::int32_t> of_later;
     for (std::size_t i = 0; i < nodes(); ++i)
         for (std::int32_t k = upper_[i]; k < end_[i]; ++k)
-            edges[tets_of_block[k].part >= 0 ? tets_of_block[k].part : turn++ % edges.size()]
-                 [tets_of_block[k].step]
-                     .push_back(k);
+            if (const EdgeTets& e = tets_of_block[k]; e.part < 0)
+                of_later.push_back(k);
+            else
+                edges[e.part][e.step].push_back(k);
+    for (std::size_t q = 0; q < of_later.size(); ++q) {
+        const std::size_t place = q * edges.size(), part = place / of_later.size();
+        const std::size_t in_part = place % of_later.size();
+        edges[part][in_part * edges[part].size() / of_later.size()].push_back(of_later[q]);
+    }
     for (std::size_t p = 0; p < edges.size(); ++p) {
         const std::size_t first_half = (edges[p].size() + 1) / 2;
         for (std::size_t s = 0; s < edges[p].size(); ++s) {
@@ -207,9 +215,8 @@ void ScaledStiffness::find_steps(std::span<const std::array<std::int32_t, 4>> te
                 edges_.push_back({k, tets_of_block[k].factor});
                 shares_.insert(shares_.end(), shares.begin(), shares.end());
             }
-            const std::size_t begin = parts.parts[p].begin + s * step_batches;
-            steps_.push_back(
-                {{begin, std::min(begin + step_batches, parts.parts[p].end)}, groups_.size()});
+            const std::size_t begin = own[p].begin + s * step_batches;
+            steps_.push_back({{begin, std::min(begin + step_batches, own[p].end)}, groups_.size()});
         }
         if (first_half == edges[p].size())
             halves_.push_back({steps_.size(), groups_.size(), edges_.size(), shares_.size()});
@@ -235,8 +242,8 @@ void ScaledStiffness::find_renewed_rows() {
     }
 }
 
-void ScaledStiffness::rotate_shared(BatchRange range, const TetBatches<float>& batches,
-                                    std::span<const RotationBatch<float>> rotations) {
+void ScaledStiffness::rotate_later(BatchRange range, const TetBatches<float>& batches,
+                                   std::span<const RotationBatch<float>> rotations) {
     rotate_gradients(batches, range, rotations, rotated_);
 }
 

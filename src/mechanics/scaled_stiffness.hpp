@@ -64,10 +64,11 @@ class ScaledStiffness {
         }
     }
 
-    /// First for the lanes that parts share (ranges of `shared`, by any threads), then for each
-    /// part (one thread each), then for rows_of(renewal): each when all of the one before is done.
-    void rotate_shared(BatchRange range, const TetBatches<float>& batches,
-                       std::span<const RotationBatch<float>> rotations);
+    /// First for the batches of later rounds (ranges of BatchParts::later, by any threads), then for
+    /// each part of the first (one thread each), then for rows_of(renewal): each when all of the one
+    /// before is done.
+    void rotate_later(BatchRange range, const TetBatches<float>& batches,
+                      std::span<const RotationBatch<float>> rotations);
     void write_part(int part, Renewal renewal, const TetBatches<float>& batches,
                     std::span<const RotationBatch<float>> rotations);
     void write_rows(std::span<const std::int32_t> rows);

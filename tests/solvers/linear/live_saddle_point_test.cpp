@@ -69,6 +69,16 @@ TEST_P(LiveMixed, AgreesWithThePlainPathTo1e6WhenLetGoOn) {
     }
 }
 
+TEST_P(LiveMixed, GivesTheSameBitsOnAnyNumberOfThreads) {
+    std::vector<Vector3> expected;
+    for (const int threads : {1, 2, 4}) {
+        const auto live = body({.kind = SolverKind::live, .threads = threads});
+        follow(*live, {.max_iterations = 3}, 2);
+        if (threads == 1) expected = live->displacement();
+        EXPECT_EQ(live->displacement(), expected) << threads << " threads";
+    }
+}
+
 TEST_P(LiveMixed, AgreesWithThePlainPathInTime) {
     const TimeOptions time{.scheme = TimeScheme::newmark, .rayleigh_alpha = 5};
     const auto plain = body({.kind = SolverKind::multigrid, .relative_tolerance = 1e-9}, time);

@@ -50,9 +50,32 @@ class LiveSolver : public testing::Test {
         return test::pressed_beam(hierarchy.levels.front(), 0.02, part * Vector3(0, 0.004, -0.015));
     }
 
+    /// The state and the stated error of frames that iterate, renew halves and estimate, by 1, 2 and
+    /// 4 threads.
+    void expect_same_bits() {
+        std::vector<Vector3> expected;
+        std::vector<double> expected_error;
+        for (const int threads : {1, 2, 4}) {
+            const auto live = body({.kind = SolverKind::live, .threads = threads});
+            std::vector<double> error;
+            for (int k = 1; k <= 12; ++k) {
+                live->set_constraints(pressed(std::min(k, 8) / 8.0));
+                error.push_back(live->advance(0, {.max_iterations = 3,
+                                                  .renewal = k % 2 ? RenewalExtent::half
+                                                                   : RenewalExtent::whole})
+                                    .linear_error);
+            }
+            if (threads == 1) expected = live->displacement(), expected_error = error;
+            EXPECT_EQ(live->displacement(), expected) << threads << " threads";
+            EXPECT_EQ(error, expected_error) << threads << " threads";
+        }
+    }
+
     MeshHierarchy hierarchy = beam();
     ModelChoice model = "corotated";
 };
+
+TEST_F(LiveSolver, GivesTheSameBitsOnAnyNumberOfThreads) { expect_same_bits(); }
 
 TEST_F(LiveSolver, AgreesWithThePlainPathTo1e6WhenConverged) {
     const auto plain = body({.kind = SolverKind::multigrid});
@@ -94,6 +117,8 @@ TEST_P(LiveSolverOfLaw, AgreesWithThePlainPathTo1e6WhenConverged) {
             << threads << " threads";
     }
 }
+
+TEST_P(LiveSolverOfLaw, GivesTheSameBitsOnAnyNumberOfThreads) { expect_same_bits(); }
 
 /// A beam shortened by two fifths wants to buckle: its tangent is not positive on the way. Frames
 /// still converge, as solves go on with an operator that is.

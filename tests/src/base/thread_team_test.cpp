@@ -113,6 +113,35 @@ TEST_P(ThreadTeamOf, CoversEveryCountOnceInPiecesOfAtLeastTheGrain) {
     });
 }
 
+TEST_P(ThreadTeamOf, DoesEachTaskOnce) {
+    in_time([&] {
+        ThreadTeam team(GetParam());
+        for (const std::size_t count : {std::size_t{0}, std::size_t{1}, std::size_t{2},
+                                        std::size_t{7}, ThreadTeam::max_tasks})
+            for (int round = 1; round <= 50; ++round) {
+                std::array<int, ThreadTeam::max_tasks> times{};  // no lock: one thread a task
+                team.run_tasks(count, [&](std::size_t task) { ++times.at(task); });
+                for (std::size_t task = 0; task < times.size(); ++task)
+                    ASSERT_EQ(times[task], task < count) << task << " of " << count;
+            }
+    });
+}
+
+TEST(ThreadTeam, TakesTheTasksOfAThreadThatIsHeldUp) {
+    in_time([] {
+        ThreadTeam team(2);
+        constexpr std::size_t count = 8;
+        std::atomic<std::size_t> done{0};
+        // Whoever has the first task waits until all others are done, half of which were its own.
+        team.run_tasks(count, [&](std::size_t task) {
+            if (task == 0)
+                while (done < count - 1) std::this_thread::yield();
+            ++done;
+        });
+        EXPECT_EQ(done, count);
+    });
+}
+
 TEST(ThreadTeam, OfOneRunsOnTheCallersThread) {
     ThreadTeam one(1), none_said;
     for (ThreadTeam* team : {&one, &none_said, &ThreadTeam::alone()}) {

@@ -20,35 +20,38 @@ std::vector<std::int32_t> tets_in(const BatchParts& parts, BatchRange range, int
     return tets;
 }
 
-/// What threads rely on: every tet in one lane, of a part or of `shared`, and no node in two parts.
+/// What threads rely on: every tet in one lane, and no node in two parts of a round.
 void expect_sound(const std::vector<Tet>& tets, int parts, int width, const BatchParts& cut) {
     ASSERT_EQ(cut.tet_of_lane.size() % width, 0);
-    ASSERT_EQ(cut.parts.size(), parts);
-    std::vector<BatchRange> ranges = cut.parts;
-    ranges.push_back(cut.shared);
+    ASSERT_EQ(cut.rounds.front().size(), parts);
     std::size_t end = 0;
-    for (const BatchRange range : ranges) {
-        ASSERT_EQ(range.begin, end);
-        end = range.end;
-        ASSERT_LE(end * width, cut.tet_of_lane.size());
-        EXPECT_GT(tets_in(cut, range, width).size() + width, (range.end - range.begin) * width)
-            << "an empty batch";
-    }
+    for (const auto& round : cut.rounds)
+        for (const BatchRange range : round) {
+            ASSERT_EQ(range.begin, end);
+            end = range.end;
+            ASSERT_LE(end * width, cut.tet_of_lane.size());
+            EXPECT_GT(tets_in(cut, range, width).size() + width, (range.end - range.begin) * width)
+                << "an empty batch";
+        }
     ASSERT_EQ(end * width, cut.tet_of_lane.size());
+    EXPECT_EQ(cut.later().begin, cut.rounds.front().back().end);
+    EXPECT_EQ(cut.later().end, end);
 
     std::vector<int> lanes(tets.size());
     for (const std::int32_t e : cut.tet_of_lane)
         if (e != -1) ++lanes.at(e);
     EXPECT_EQ(lanes, std::vector<int>(tets.size(), 1));
 
-    std::map<std::int32_t, int> part_of_node;
-    for (int p = 0; p < parts; ++p)
-        for (const std::int32_t e : tets_in(cut, cut.parts[p], width))
-            for (const std::int32_t n : tets[e])
-                ASSERT_EQ(part_of_node.try_emplace(n, p).first->second, p) << n;
+    for (const auto& round : cut.rounds) {
+        std::map<std::int32_t, std::size_t> part_of_node;
+        for (std::size_t p = 0; p < round.size(); ++p)
+            for (const std::int32_t e : tets_in(cut, round[p], width))
+                for (const std::int32_t n : tets[e])
+                    ASSERT_EQ(part_of_node.try_emplace(n, p).first->second, p) << n;
+    }
 }
 
-TEST(PartBatches, PutEachTetInOneLaneAndNoNodeInTwoParts) {
+TEST(PartBatches, PutEachTetInOneLaneAndNoNodeInTwoPartsOfARound) {
     TetMesh mesh = test::block({5, 4, 13}, {1, 1, 1});
     std::mt19937 generator(3);
     for (const bool ordered : {true, false}) {  // what is sound does not hang on the order
@@ -64,19 +67,19 @@ TEST(PartBatches, PutEachTetInOneLaneAndNoNodeInTwoParts) {
 
 /// Cuts through a cube cost so much (a sixth of it for two parts, half for four) that the parts are
 /// even only where the cuts allow for it.
-TEST(PartBatches, AreOfEvenSizeAndShareLittle) {
+TEST(PartBatches, AreOfEvenSizeAndFewTetsWait) {
     const TetMesh mesh = test::block({10, 10, 12}, {1, 1, 1});
     const std::size_t slice = mesh.tets.size() / 12;
     for (const int parts : {2, 3, 4})
         for (const int width : {4, 8}) {
             const BatchParts cut = part_batches(mesh.tets, parts, width);
             std::vector<std::size_t> sizes;
-            for (const BatchRange part : cut.parts)
+            for (const BatchRange part : cut.rounds.front())
                 sizes.push_back(tets_in(cut, part, width).size());
             const auto [least, most] = std::minmax_element(sizes.begin(), sizes.end());
             EXPECT_LT(static_cast<double>(*most), 1.15 * static_cast<double>(*least)) << parts;
             // A cut inside of a slice touches the rest of it and the row after it.
-            EXPECT_LT(static_cast<double>(tets_in(cut, cut.shared, width).size()),
+            EXPECT_LT(static_cast<double>(tets_in(cut, cut.later(), width).size()),
                       1.2 * (parts - 1) * static_cast<double>(slice))
                 << parts;
         }
@@ -89,10 +92,10 @@ TEST(PartBatches, OnePartIsAllTetsInTheirOrder) {
     std::iota(expected.begin(), expected.end(), 0);
     expected.resize(168, -1);  // 162 tets
     EXPECT_EQ(cut.tet_of_lane, expected);
-    ASSERT_EQ(cut.parts.size(), 1);
-    EXPECT_EQ(cut.parts[0].begin, 0);
-    EXPECT_EQ(cut.parts[0].end, 21);
-    EXPECT_EQ(cut.shared.begin, cut.shared.end);
+    ASSERT_EQ(cut.rounds.size(), 1);
+    ASSERT_EQ(cut.rounds[0].size(), 1);
+    EXPECT_EQ(cut.rounds[0][0].begin, 0);
+    EXPECT_EQ(cut.rounds[0][0].end, 21);
 }
 
 TEST(PartBatches, NoTetsMakeEmptyParts) {
@@ -110,7 +113,7 @@ TEST(PartBatches, MayBeMoreThanThereAreTets) {
         for (const int parts : {4, 5, 8})
             expect_sound(tets, parts, 4, part_batches(tets, parts, 4));
     const BatchParts cut = part_batches(apart, 5, 4);
-    EXPECT_EQ(cut.shared.begin, cut.shared.end) << "nothing is shared, so nothing need wait";
+    EXPECT_EQ(cut.rounds.size(), 1) << "no node is in two tets, so none need wait";
 }
 
 TEST(PartBatches, TetsAreFoundInTheirLanes) {
@@ -166,10 +169,11 @@ TYPED_TEST(PartsOnThreads, WorkedOnByThreadsAtOnceGiveWhatOneThreadGives) {
     const Block block;
     std::vector<Real> u(block.u.begin(), block.u.end());
     u.push_back(0);  // kernels of floats read one number behind the last
+    const BatchParts cut = part_batches(block.mesh.tets, 6, batch_width<Real>);
+    ASSERT_GT(cut.rounds.size(), 2);
+    const TetBatches<Real> batches(block.elements, block.mesh.tets, cut);
     for (const int threads : {2, 3}) {
         ThreadTeam team(threads);
-        const BatchParts cut = part_batches(block.mesh.tets, threads, batch_width<Real>);
-        const TetBatches<Real> batches(block.elements, block.mesh.tets, cut);
         auto rotations = batches.make_rotations();
         update_rotations<Real>(batches, batches.all(), u, rotations);
         const auto forces = [&](BatchRange range, std::vector<Real>& f) {
@@ -181,13 +185,13 @@ TYPED_TEST(PartsOnThreads, WorkedOnByThreadsAtOnceGiveWhatOneThreadGives) {
         };
         const auto in_parts = [&](auto& kernel, std::size_t size) {
             std::vector<Real> result(size);
-            team.run([&](int thread) { kernel(cut.parts[thread], result); });
-            kernel(cut.shared, result);
+            for (const auto& round : cut.rounds)
+                team.run_tasks(round.size(), [&](std::size_t p) { kernel(round[p], result); });
             return result;
         };
         std::vector<Real> f(u.size()), values(9 * block.pattern.size(0));
-        for (const BatchRange part : cut.parts) forces(part, f);
-        forces(cut.shared, f);
+        for (const auto& round : cut.rounds)
+            for (const BatchRange part : round) forces(part, f);
         matrix(batches.all(), values);
         for (int k = 0; k < 200; ++k) {
             ASSERT_EQ(in_parts(forces, f.size()), f) << threads << " threads, time " << k;

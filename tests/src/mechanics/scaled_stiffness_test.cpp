@@ -44,7 +44,7 @@ TEST_P(ScaledStiffnessOf, PartsIsTheAssembledStiffness) {
     ScaledStiffness Q(s.elements, s.mesh.tets, s.parts, nodes);
     for (int turn = 0; turn < 2; ++turn) {  // a second time over what stands
         for (int part = GetParam() - 1; part >= 0; --part) {
-            if (part == GetParam() - 1) Q.rotate_shared(s.parts.shared, batches, rotations);
+            if (part == GetParam() - 1) Q.rotate_later(s.parts.later(), batches, rotations);
             Q.write_part(part, Renewal::whole, batches, rotations);
         }
         const auto rows = Q.rows_of(Renewal::whole);
@@ -113,7 +113,7 @@ TEST_P(ScaledStiffnessOf, PartsIsRenewedByHalves) {
     auto rotations = batches.make_rotations();
     ScaledStiffness Q(s.elements, s.mesh.tets, s.parts, s.mesh.nodes.size());
     const auto renew = [&](Renewal renewal) {
-        Q.rotate_shared(s.parts.shared, batches, rotations);
+        Q.rotate_later(s.parts.later(), batches, rotations);
         for (int part = 0; part < GetParam(); ++part)
             Q.write_part(part, renewal, batches, rotations);
         Q.write_rows(Q.rows_of(renewal));
