@@ -36,9 +36,10 @@ struct PhantomSize {
 /// scene, and damped like it if the scheme has velocities.
 Scene phantom_scene(TimeScheme scheme);
 
-/// Meshes the phantom's label map; makes the set "fixed".
+/// Meshes the phantom's label map; makes the set "fixed". `grading`: patches of its surface with
+/// shorter edges.
 MeshHierarchy mesh_phantom(const PhantomImages& images, const PhantomSize& size,
-                           const ProgressCallback& progress);
+                           const ProgressCallback& progress, PatchGrading grading = {});
 
 /// Presses by 15 mm at 1 Hz, with tracker noise. Measures the times of all frames, the errors of
 /// some of the first thousand, and ten frames after a jump.

@@ -15,6 +15,7 @@ namespace livetet {
 /// whole: of elements, law, patch and solver, against the truth.
 struct FrontRow {
     std::string elements, law;
+    bool graded = false;  ///< shorter edges at the patch; else of even length
     double poisson = 0;
     std::size_t tets = 0, nodes = 0;
     int iterations = 0;
@@ -35,15 +36,15 @@ struct FrontOptions {
 };
 
 /// The phantom pressed by 15 mm once a second, sixty frames a second, by a sensor without noise;
-/// static, with four-node and ten-node tets of several meshes, corotated and neo-Hookean. Truth:
-/// `press_organ` with a flat disc and edges of 2 mm there.
+/// static, with four-node and ten-node tets of several meshes: corotated and neo-Hookean on even
+/// ones, neo-Hookean on graded ones. Truth: `press_organ` with a flat disc and edges of 2 mm there.
 std::vector<FrontRow> measure_front(const FrontOptions& options, ProgressLine& progress);
 
 void print_front(const std::vector<FrontRow>& rows);
 nlohmann::json json_of(const std::vector<FrontRow>& rows);
 /// Sets `on_front` of each row.
 void mark_front(std::vector<FrontRow>& rows);
-/// Error against median frame time, a line for each kind of tets and law, and the front.
+/// Error against median frame time, a line for each kind of tets, law and mesh, and the front.
 WorkPrecisionChart chart_of(const std::vector<FrontRow>& rows);
 
 }  // namespace livetet

@@ -19,8 +19,9 @@ namespace livetet {
 using nlohmann::json;
 
 MeshHierarchy mesh_phantom(const PhantomImages& images, const PhantomSize& size,
-                           const ProgressCallback& progress) {
+                           const ProgressCallback& progress, PatchGrading grading) {
     MeshingOptions options;
+    options.grading = std::move(grading);
     options.target_tets = size.tets;
     options.target_tolerance = 0.03;
     MeshHierarchy hierarchy = std::move(
