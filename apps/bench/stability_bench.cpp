@@ -65,7 +65,10 @@ std::string known_limit(const StabilityCase& c, const StabilityColumn& column) {
     const bool pressed_by_euler =
         column.scheme == TimeScheme::implicit_euler && !tracked &&
         (c.young_Pa <= 1 || c.density_kg_per_m3 >= 1e6 || c.step_s <= 1e-5);
-    if (!column.strain->resists_collapse() && (moves || squeezed || thin || pressed_by_euler))
+    const bool shocked = has_ten_nodes(column.way) && c.step_s <= 1e-5 &&
+                         column.scheme != TimeScheme::static_equilibrium;
+    if (!column.strain->resists_collapse() &&
+        (moves || squeezed || thin || pressed_by_euler || shocked))
         return "its energy falls in compression (Green's: below 1/sqrt 3 of the length), "
                "which the press does to tets of the patch's size, and does not "
                "bring an inverted tet back; corotated and neohookean are for that";

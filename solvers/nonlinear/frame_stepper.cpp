@@ -23,8 +23,13 @@ constexpr double whole_over_half = 1.6;
 constexpr double jump = 4;
 constexpr int steps_to_settle = 10;
 
-/// Reject a partial-update step if any node moves more than this many times the prescribed motion.
+/// A step leads far if any node moves more than this many times the prescribed motion.
 constexpr double max_reach = 8;
+
+/// A frame whose step led far makes up to this many further Newton iterations if forces are out of
+/// balance by more than this part of them.
+constexpr int further_iterations = 2;
+constexpr double lasting_imbalance = 0.5;
 
 void renew_mean(double& mean, double value) { mean += newest * (value - mean); }
 
@@ -65,8 +70,8 @@ StepReport FrameStepper::advance(const FrameControls& controls) {
     report.forces_s += watch.lap();
     const bool may_end_early =
         controls.deadline || controls.max_iterations || controls.as_done != nullptr;
-    const bool single = controls.newton_iterations == 1;
-    for (int k = 0; k < controls.newton_iterations; ++k) {
+    int iterations = controls.newton_iterations;
+    for (int k = 0; k < iterations; ++k) {
         // A released body approaches rest: end before its forces become denormal numbers.
         if (imbalance <= balance_.negligible() && !(k == 0 && moves)) break;
         const LinearReport linear = solve_linear(controls, report);
@@ -75,17 +80,22 @@ StepReport FrameStepper::advance(const FrameControls& controls) {
             report.converged && (linear.converged || (linear.cut_short && may_end_early));
         report.linear_residual = imbalance > 0 ? linear.residual / imbalance : 0;
         ++report.newton_iterations;
-        if (k == 0) history_.push(du_.get(), dp_.get());
+        const bool searches = k > 0 || (leads_far() && !solver_.fine().is_linear());
         if (k == 0) {
-            apply_first();
-            if (!single) {  // a frame of one iteration does not need the residual after it
-                balance_.update_rotations();
-                imbalance = balance_.evaluate();
-            }
-        } else {
-            imbalance = line_search(imbalance);
+            history_.push(du_.get(), dp_.get());
+            LIVETET_PETSC(VecAXPY(state_.u.get(), 1, prescribed_.increment()));
         }
-        (single ? report.finish_s : report.forces_s) += watch.lap();
+        if (searches) {
+            imbalance = line_search(imbalance);
+            if (k == 0 && imbalance > lasting_imbalance * balance_.scale())
+                iterations = std::max(
+                    iterations, std::min(iterations + further_iterations, max_recorded_solves));
+        } else {
+            move(1);
+            // A frame of one iteration does not need the residual after it.
+            if (iterations > 1) imbalance = evaluate_moved();
+        }
+        (searches || iterations > 1 ? report.forces_s : report.finish_s) += watch.lap();
         const char* fault = balance_.state_fault();
         if (!fault && !std::isfinite(imbalance)) fault = "the forces are not finite";
         if (fault) {
@@ -95,11 +105,6 @@ StepReport FrameStepper::advance(const FrameControls& controls) {
     }
     report.imbalance = balance_.scale() > 0 ? imbalance / balance_.scale() : 0;
     return report;
-}
-
-void FrameStepper::apply_first() {
-    move(1);
-    LIVETET_PETSC(VecAXPY(state_.u.get(), 1, prescribed_.increment()));
 }
 
 void FrameStepper::learn(const StepReport& report) {
@@ -164,7 +169,7 @@ FrameStepper::Solved FrameStepper::solve_once(const FrameControls& controls,
     return {linear, renewed};
 }
 
-bool FrameStepper::must_reject_partial_update(const LinearReport& linear) const {
+bool FrameStepper::leads_far() const {
     // VecNorm would allocate its cache at the first call; a frame allocates nothing.
     const ReadArray du(du_.get());
     std::atomic<double> largest{0};
@@ -175,14 +180,21 @@ bool FrameStepper::must_reject_partial_update(const LinearReport& linear) const 
                 of_piece = d;
         raise_to(largest, of_piece);
     });
-    const double reach = largest.load();
-    return (usual_moved_ > 0 && !(reach <= max_reach * std::max(moved_, usual_moved_))) ||
-           !(linear.residual <= balance_.residual_norm());
+    return usual_moved_ > 0 && !(largest.load() <= max_reach * std::max(moved_, usual_moved_));
+}
+
+bool FrameStepper::must_reject_partial_update(const LinearReport& linear) const {
+    return leads_far() || !(linear.residual <= balance_.residual_norm());
 }
 
 void FrameStepper::move(double length) {
     LIVETET_PETSC(VecAXPY(state_.u.get(), length, du_.get()));
     if (state_.p) LIVETET_PETSC(VecAXPY(state_.p.get(), length, dp_.get()));
+}
+
+double FrameStepper::evaluate_moved() {
+    balance_.update_rotations();
+    return balance_.evaluate();
 }
 
 double FrameStepper::line_search(double norm_before) {
@@ -191,8 +203,7 @@ double FrameStepper::line_search(double norm_before) {
     for (int trial = 1;; ++trial) {
         move(length - taken);
         taken = length;
-        balance_.update_rotations();
-        const double norm_after = balance_.evaluate();
+        const double norm_after = evaluate_moved();
         const auto next = next_length(before, balance_.slope(du_.get(), dp_.get()), norm_before,
                                       norm_after, length);
         if (!next || trial == max_line_search_trials) return norm_after;
