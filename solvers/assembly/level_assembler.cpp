@@ -200,6 +200,28 @@ void LevelAssembler::set_constrained(std::span<const std::uint8_t> components) {
     for (std::size_t i = 0; i < share_.nodes.size(); ++i)
         constrained_[i] = components[share_.nodes[i]];
     if (matrix_) matrix_->set_constrained(constrained_);
+    if (single_) find_constrained_batches();
+}
+
+void LevelAssembler::find_constrained_batches() {
+    constrained_batches_.clear();
+    std::visit(
+        [&](const auto& batches) {
+            const auto is_at_constrained = [&](std::size_t b) {
+                for (const auto& offsets : batches[b].offset)
+                    for (const std::int32_t offset : offsets)
+                        if (constrained_[offset / 3]) return true;
+                return false;
+            };
+            for (std::size_t b = 0; b < batches.all().end; ++b) {
+                if (!is_at_constrained(b)) continue;
+                if (!constrained_batches_.empty() && constrained_batches_.back().end == b)
+                    ++constrained_batches_.back().end;
+                else
+                    constrained_batches_.push_back({b, b + 1});
+            }
+        },
+        single_->batches);
 }
 
 void LevelAssembler::set_springs(std::span<const double> stiffness) {
@@ -336,21 +358,24 @@ template <class Add>
 void LevelAssembler::add_in_single(std::span<const double> from, std::span<double> to,
                                    Add&& add) const {
     SinglePrecisionBatches& single = *single_;
-    over_single_components([&](std::size_t i) {
+    over_components([&](std::size_t i) {
         single.values[i] = static_cast<float>(from[i]), single.forces[i] = 0;
     });
     add(std::span<const float>(single.values), std::span<float>(single.forces));
-    over_single_components([&](std::size_t i) { to[i] += single.forces[i]; });
+    over_components([&](std::size_t i) { to[i] += single.forces[i]; });
 }
 
 void LevelAssembler::add_single_products(float factor, Tangent tangent, const ElementRotations& at,
-                                         std::span<const float> v, std::span<float> f) const {
+                                         std::span<const float> v, std::span<float> f,
+                                         Support of_v) const {
     const BatchLaw& law = tangent == Tangent::exact ? single_->law : hooke_law();
     std::visit(
         [&](const auto& batches) {
-            over_batches([&](BatchRange range) {
-                law.add_stiffness_times(factor, batches, range, at.single, at.single_u, v, f);
-            });
+            over_batches(
+                [&](BatchRange range) {
+                    law.add_stiffness_times(factor, batches, range, at.single, at.single_u, v, f);
+                },
+                of_v);
         },
         single_->batches);
 }
@@ -410,13 +435,16 @@ void LevelAssembler::take_pressures(Vec p, std::span<float> of_nodes) const {
 }
 
 template <class Work>
-void LevelAssembler::over_mixed_batches(const ElementRotations& at, Work&& work) const {
+void LevelAssembler::over_mixed_batches(const ElementRotations& at, Work&& work,
+                                        Support support) const {
     std::visit(
         [&]<int nodes>(const TetBatches<float, nodes>& batches) {
-            over_batches([&](BatchRange range) {
-                work(single_->law.mixed(),
-                     MixedTets<nodes>{batches, single_->per_modulus, range, at.single});
-            });
+            over_batches(
+                [&](BatchRange range) {
+                    work(single_->law.mixed(),
+                         MixedTets<nodes>{batches, single_->per_modulus, range, at.single});
+                },
+                support);
         },
         single_->batches);
 }
@@ -430,10 +458,13 @@ void LevelAssembler::add_mixed_forces(const ElementRotations& at, std::span<cons
 
 void LevelAssembler::add_mixed_products(float factor, const ElementRotations& at,
                                         std::span<const float> p, const MixedValues& v,
-                                        const MixedForces& to) const {
-    over_mixed_batches(at, [&](const MixedLaw& law, const auto& tets) {
-        law.add_products(tets, factor, {at.single_u, p}, v, to);
-    });
+                                        const MixedForces& to, Support of_v) const {
+    over_mixed_batches(
+        at,
+        [&](const MixedLaw& law, const auto& tets) {
+            law.add_products(tets, factor, {at.single_u, p}, v, to);
+        },
+        of_v);
 }
 
 void LevelAssembler::add_pressure_forces(const ElementRotations& at, std::span<const float> q,
@@ -447,10 +478,10 @@ void LevelAssembler::elastic_force(const Configuration& at, Vec f) const {
     if (single_ && is_mixed()) {
         WriteArray forces(f);
         std::vector<float>& sum = single_->forces;
-        over_single_components([&](std::size_t i) { sum[i] = 0; });
+        over_components([&](std::size_t i) { sum[i] = 0; });
         take_pressures(at.p, single_->pressures);
         add_mixed_forces(*at.rotations, single_->pressures, {sum, {}});
-        over_single_components([&](std::size_t i) { forces[i] = sum[i]; });
+        over_components([&](std::size_t i) { forces[i] = sum[i]; });
         return;
     }
     if (batches_ || single_) {
@@ -470,8 +501,8 @@ void LevelAssembler::elastic_force(const Configuration& at, Vec f) const {
     });
 }
 
-void LevelAssembler::add_stiffness_times(double factor, const Configuration& at, Vec v,
-                                         Vec f) const {
+void LevelAssembler::add_stiffness_times(double factor, const Configuration& at, Vec v, Vec f,
+                                         Support of_v) const {
     if (batches_ || single_) {
         const LocalValues direction(v);
         LocalForces forces(f);
@@ -482,11 +513,11 @@ void LevelAssembler::add_stiffness_times(double factor, const Configuration& at,
                 if (is_mixed()) {
                     take_pressures(at.p, single_->pressures);
                     add_mixed_products(static_cast<float>(factor), *at.rotations,
-                                       single_->pressures, {of, {}}, {added, {}});
+                                       single_->pressures, {of, {}}, {added, {}}, of_v);
                     return;
                 }
                 add_single_products(static_cast<float>(factor), Tangent::exact, *at.rotations, of,
-                                    added);
+                                    added, of_v);
             });
         else
             over_batches([&](BatchRange range) {

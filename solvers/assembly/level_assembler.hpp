@@ -44,6 +44,10 @@ struct SinglePrecisionBatches {
     }
 };
 
+/// Where a direction may be other than zero: at all components, or at constrained ones alone, so that
+/// only the tets around these are computed (on a level in single precision).
+enum class Support { all, constrained };
+
 /// What a level keeps to be computed with: a matrix of that layout, and whatever its forces need in
 /// double precision; or no matrix, and its tets in single precision.
 struct SinglePrecision {};
@@ -145,13 +149,15 @@ class LevelAssembler {
 
     /// f += factor K v, K at `at`: with frozen rotations, or finite strain's exact tangent. Ghosts
     /// of v are up to date.
-    void add_stiffness_times(double factor, const Configuration& at, Vec v, Vec f) const;
+    void add_stiffness_times(double factor, const Configuration& at, Vec v, Vec f,
+                             Support of_v = Support::all) const;
 
     /// f += factor K v on a level in single precision. Tangent::exact: K of its law, at the
     /// displacement of `at`; else Hooke's law turned by the rotations of `at`, which is positive
     /// semi-definite. Three numbers a local node, one number behind.
     void add_single_products(float factor, Tangent tangent, const ElementRotations& at,
-                             std::span<const float> v, std::span<float> f) const;
+                             std::span<const float> v, std::span<float> f,
+                             Support of_v = Support::all) const;
 
     /// The mixed form on a level in single precision. Of local nodes, as MixedLaw has them:
     /// pressures from a vector of them.
@@ -161,9 +167,18 @@ class LevelAssembler {
                           const MixedForces& to) const;
     /// Their derivative.
     void add_mixed_products(float factor, const ElementRotations& at, std::span<const float> p,
-                            const MixedValues& v, const MixedForces& to) const;
+                            const MixedValues& v, const MixedForces& to,
+                            Support of_v = Support::all) const;
     void add_pressure_forces(const ElementRotations& at, std::span<const float> q,
                              std::span<float> f) const;
+
+    /// work(i) on each displacement component of the local nodes, by pieces of the team.
+    template <class Work>
+    void over_components(Work&& work) const {
+        team_.run_pieces(3 * share_.nodes.size(), 1000, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) work(i);
+        });
+    }
 
     /// |f|, f_n = sum over the tets at node n of V (|lambda| + 2 mu) |grad L_i|, N (mixed form:
     /// without lambda): the size of forces at a strain of one. Collective.
@@ -222,22 +237,22 @@ class LevelAssembler {
     const BatchLaw* shared_law() const;
     /// The table from a tet to its lane.
     void number_lanes();
-    /// work(batches) on all of them, by the whole team; work may add to nodes.
+    /// The batches of a level in single precision around constrained components, in ranges.
+    void find_constrained_batches();
+    /// work(batches) on all of them by the whole team, or on those around constrained components;
+    /// work may add to nodes.
     template <class Work>
-    void over_batches(Work&& work) const {
+    void over_batches(Work&& work, Support support = Support::all) const {
+        if (support == Support::constrained) {
+            for (const BatchRange range : constrained_batches_) work(range);
+            return;
+        }
         for (const auto& round : parts_.rounds)
             team_.run_tasks(round.size(), [&](std::size_t part) { work(round[part]); });
     }
     /// f += the elastic forces at u of a level in single precision.
     void add_single_forces(const ElementRotations& rotations, std::span<const float> u,
                            std::span<float> f) const;
-    /// work(i) on each displacement component, by pieces of the team.
-    template <class Work>
-    void over_single_components(Work&& work) const {
-        team_.run_pieces(3 * share_.nodes.size(), 1000, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) work(i);
-        });
-    }
     /// to += what add(from as floats, floats) adds, on a level in single precision.
     template <class Add>
     void add_in_single(std::span<const double> from, std::span<double> to, Add&& add) const;
@@ -248,7 +263,8 @@ class LevelAssembler {
     bool is_mixed() const { return pressure_.has_value(); }
     /// work(mixed law, tets of a batch range) on all batches of a level in single precision.
     template <class Work>
-    void over_mixed_batches(const ElementRotations& at, Work&& work) const;
+    void over_mixed_batches(const ElementRotations& at, Work&& work,
+                            Support support = Support::all) const;
     /// Whether ElementRotations keep the displacement: for the law of a level in single precision.
     bool keeps_displacement() const { return single_ && (rotates_ || !has_frozen_force()); }
     /// Adds factor K at `at`.
@@ -309,6 +325,7 @@ class LevelAssembler {
     std::unique_ptr<SinglePrecisionBatches> single_;  ///< without a matrix: instead of batches_
     std::vector<double> node_mass_, springs_;
     std::vector<std::uint8_t> constrained_;
+    std::vector<BatchRange> constrained_batches_;
     std::optional<BlockMatrix> matrix_;
     std::unique_ptr<BlockMatrix> damping_;  ///< K_d, without constraints
     PetscHandle<Vec> damping_force_;        ///< K_d v, N/s

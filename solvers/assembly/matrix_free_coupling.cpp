@@ -19,7 +19,7 @@ void MatrixFreeCoupling::take(const Configuration& at) {
 }
 
 void MatrixFreeCoupling::clear() {
-    std::fill(f_.begin(), f_.end(), 0.0F);
+    level_.over_components([&](std::size_t i) { f_[i] = 0; });
     std::fill(g_.begin(), g_.end(), 0.0F);
 }
 
@@ -31,17 +31,17 @@ void MatrixFreeCoupling::take_scaled(std::span<const double> q) {
 
 void MatrixFreeCoupling::write_results(std::span<double> f, std::span<double> g) const {
     const auto nodes = std::span(level_.single()->node_of_pressure);
-    for (std::size_t i = 0; i < f.size(); ++i) f[i] = f_[i];
+    level_.over_components([&](std::size_t i) { f[i] = f_[i]; });
     for (std::size_t i = 0; i < nodes.size(); ++i) g[i] = scale_ * g_[nodes[i]];
 }
 
 void MatrixFreeCoupling::multiply(double factor, std::span<const double> v,
                                   std::span<const double> q, std::span<double> f,
-                                  std::span<double> g) {
-    for (std::size_t i = 0; i < v.size(); ++i) v_[i] = static_cast<float>(v[i]);
+                                  std::span<double> g, Support of_v) {
+    level_.over_components([&](std::size_t i) { v_[i] = static_cast<float>(v[i]); });
     take_scaled(q);
     clear();
-    level_.add_mixed_products(static_cast<float>(factor), *at_, p_, {v_, q_}, {f_, g_});
+    level_.add_mixed_products(static_cast<float>(factor), *at_, p_, {v_, q_}, {f_, g_}, of_v);
     write_results(f, g);
 }
 
@@ -50,7 +50,8 @@ void MatrixFreeCoupling::multiply_transposed(std::span<const double> q, std::spa
     clear();
     level_.add_pressure_forces(*at_, q_, f_);
     const auto constrained = level_.constrained();
-    for (std::size_t i = 0; i < f.size(); ++i) f[i] = constrained[i / 3] >> (i % 3) & 1 ? 0 : f_[i];
+    level_.over_components(
+        [&](std::size_t i) { f[i] = constrained[i / 3] >> (i % 3) & 1 ? 0 : f_[i]; });
 }
 
 void MatrixFreeCoupling::evaluate(std::span<double> f, std::span<double> g) {

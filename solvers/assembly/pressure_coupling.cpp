@@ -161,7 +161,7 @@ void PressureCoupling::add_increments(const Configuration& at, double factor, Ve
     free_->take(at);
     const ReadArray of(v);
     WriteArray forces(f), values(g);
-    free_->multiply(factor, of.span(), {}, forces.span(), values_);
+    free_->multiply(factor, of.span(), {}, forces.span(), values_, Support::constrained);
     for (std::size_t i = 0; i < values_.size(); ++i) values[i] += values_[i];
 }
 

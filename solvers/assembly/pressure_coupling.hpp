@@ -40,7 +40,8 @@ class PressureCoupling {
 
     /// g += scale integral N_i d theta(u) : grad v, constrained components too.
     void add_residual_increment(const Configuration& at, Vec v, Vec g);
-    /// f = factor K v, with what add_residual_increment adds to g; ghosts of v are up to date.
+    /// f = factor K v, with what add_residual_increment adds to g, of a v that is zero but at
+    /// constrained components; its ghosts are up to date.
     void add_increments(const Configuration& at, double factor, Vec v, Vec f, Vec g);
 
     /// -S, an approximation of the Schur complement C + B K^-1 B^T, which a tet adds to by

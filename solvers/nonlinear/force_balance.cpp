@@ -171,7 +171,7 @@ double ForceBalance::subtract_prescribed() {
         solver_.coupling()->add_increments(configuration(), factor, w, force_.get(), volume_.get());
     } else {
         LIVETET_PETSC(VecSet(force_.get(), 0));
-        level().add_stiffness_times(factor, configuration(), w, force_.get());
+        level().add_stiffness_times(factor, configuration(), w, force_.get(), Support::constrained);
     }
     zero_constrained(force_.get());
     LIVETET_PETSC(VecAXPY(residual_.get(), -1, force_.get()));
