@@ -80,7 +80,8 @@ StepReport FrameStepper::advance(const FrameControls& controls) {
             report.converged && (linear.converged || (linear.cut_short && may_end_early));
         report.linear_residual = imbalance > 0 ? linear.residual / imbalance : 0;
         ++report.newton_iterations;
-        const bool searches = k > 0 || (leads_far() && !solver_.fine().is_linear());
+        // While prescribed nodes move, a search would take up their motion but not its effect.
+        const bool searches = k > 0 || (!moves && leads_far() && !solver_.fine().is_linear());
         if (k == 0) {
             history_.push(du_.get(), dp_.get());
             LIVETET_PETSC(VecAXPY(state_.u.get(), 1, prescribed_.increment()));
