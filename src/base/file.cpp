@@ -14,6 +14,7 @@
 
 #include "base/error.hpp"
 #include "base/log.hpp"
+#include "base/pending_folder.hpp"
 
 namespace livetet {
 
@@ -69,20 +70,34 @@ int reach_the_disk(const fs::path& path) {
     return error;
 }
 
+/// The temporary name of `target`, in its folder. Throws Error if that folder does not exist or is
+/// not writable.
+fs::path part_beside(const fs::path& target) {
+    const fs::path folder = folder_of(target);
+    std::error_code error;
+    if (!fs::is_directory(folder, error))
+        fail("{}: cannot be written, there is no folder {}", target.string(), folder.string());
+    if (::access(folder.c_str(), W_OK) != 0)
+        fail("{}: cannot be written, the folder {} is not writable", target.string(),
+             folder.string());
+    return folder / fmt::format(".{}.part{}{}", target.stem().string(), ::getpid(),
+                                target.extension().string());
+}
+
+/// Flushes a written file or folder. Throws Error, naming `target`, if the disk fails.
+void expect_on_disk(const fs::path& written, const fs::path& target) {
+    if (const int reason = reach_the_disk(written); reason != 0)
+        fail("{}: cannot be written: {} (is the disk full?)", target.string(),
+             std::generic_category().message(reason));
+}
+
 }  // namespace
 
 PendingFile::PendingFile(fs::path target) : target_(std::move(target)) {
-    const fs::path folder = folder_of(target_);
     std::error_code error;
     if (fs::is_directory(target_, error))
         fail("{}: is a folder, expected the name of a file to write", target_.string());
-    if (!fs::is_directory(folder, error))
-        fail("{}: cannot be written, there is no folder {}", target_.string(), folder.string());
-    if (::access(folder.c_str(), W_OK) != 0)
-        fail("{}: cannot be written, the folder {} is not writable", target_.string(),
-             folder.string());
-    temporary_ = folder / fmt::format(".{}.part{}{}", target_.stem().string(), ::getpid(),
-                                      target_.extension().string());
+    temporary_ = part_beside(target_);
     signal_guard_.emplace(temporary_);
 }
 
@@ -95,10 +110,38 @@ void PendingFile::commit() {
     std::error_code error;
     // Flush before the rename, so that after a crash of the machine either the old file or the new
     // one is whole.
-    if (const int reason = reach_the_disk(temporary_); reason != 0)
-        fail("{}: cannot be written: {} (is the disk full?)", target_.string(),
-             std::generic_category().message(reason));
+    expect_on_disk(temporary_, target_);
     fs::rename(temporary_, target_, error);
+    if (error) fail("{}: cannot be written: {}", target_.string(), error.message());
+    committed_ = true;
+    (void)reach_the_disk(folder_of(target_));
+}
+
+PendingFolder::PendingFolder(fs::path target)
+    : target_(target.has_relative_path() && !target.has_filename() ? target.parent_path()
+                                                                   : std::move(target)) {
+    std::error_code error;
+    if (fs::exists(target_, error) && !fs::is_directory(target_, error))
+        fail("{}: is a file, expected the name of a folder to write", target_.string());
+    if (fs::is_directory(target_, error) && !fs::is_empty(target_, error))
+        fail("{}: is a folder that holds files, expected a new or an empty one", target_.string());
+    temporary_ = part_beside(target_);
+    signal_guard_.emplace(temporary_);
+    if (!fs::create_directory(temporary_, error))
+        fail("{}: cannot be written: {}", target_.string(),
+             error ? error.message() : temporary_.string() + " exists");
+}
+
+PendingFolder::~PendingFolder() {
+    std::error_code ignored;
+    if (!committed_) fs::remove_all(temporary_, ignored);
+}
+
+void PendingFolder::commit() {
+    for (const fs::directory_entry& entry : fs::directory_iterator(temporary_))
+        expect_on_disk(entry.path(), target_);
+    std::error_code error;
+    fs::rename(temporary_, target_, error);  // replaces an empty folder
     if (error) fail("{}: cannot be written: {}", target_.string(), error.message());
     committed_ = true;
     (void)reach_the_disk(folder_of(target_));
@@ -137,7 +180,7 @@ void warn_of_left_parts(const fs::path& target) {
 void remove_left_parts(const fs::path& target) {
     for (const fs::path& part : left_parts(target)) {
         std::error_code error;
-        if (fs::remove(part, error))
+        if (fs::remove_all(part, error) > 0 && !error)
             log_info(fmt::format("note         removed {}, which a run that was killed left",
                                  part.string()));
     }
