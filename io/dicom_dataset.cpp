@@ -47,12 +47,20 @@ std::optional<double> number_of(const gdcm::DataSet& set, const gdcm::Tag& tag) 
     return numbers.empty() ? std::nullopt : std::optional(numbers.front());
 }
 
-std::optional<int> integer_of(const gdcm::DataSet& set, const gdcm::Tag& tag) {
+std::vector<int> integers_of(const gdcm::DataSet& set, const gdcm::Tag& tag) {
     const gdcm::ByteValue* bytes = bytes_of_element(set, tag);
+    std::vector<int> values;
     std::uint16_t value = 0;
-    if (!bytes || bytes->GetLength() < sizeof value) return {};
-    std::memcpy(&value, bytes->GetPointer(), sizeof value);
-    return value;
+    for (std::size_t at = 0; bytes && at + sizeof value <= bytes->GetLength(); at += sizeof value) {
+        std::memcpy(&value, bytes->GetPointer() + at, sizeof value);
+        values.push_back(value);
+    }
+    return values;
+}
+
+std::optional<int> integer_of(const gdcm::DataSet& set, const gdcm::Tag& tag) {
+    const std::vector<int> values = integers_of(set, tag);
+    return values.empty() ? std::nullopt : std::optional(values.front());
 }
 
 Sequence sequence_of(const gdcm::DataSet& set, const gdcm::Tag& tag) {
@@ -62,6 +70,13 @@ Sequence sequence_of(const gdcm::DataSet& set, const gdcm::Tag& tag) {
 
 std::size_t item_count(const Sequence& sequence) {
     return sequence ? sequence->GetNumberOfItems() : 0;
+}
+
+std::vector<gdcm::DataSet> items_of(const gdcm::DataSet& set, const gdcm::Tag& tag) {
+    const Sequence sequence = sequence_of(set, tag);
+    std::vector<gdcm::DataSet> items;
+    for (std::size_t n = 0; n < item_count(sequence); ++n) items.push_back(item_of(sequence, n));
+    return items;
 }
 
 const gdcm::DataSet& item_of(const Sequence& sequence, std::size_t n) {

@@ -138,6 +138,9 @@ std::optional<Object> read_object(const fs::path& file) {
     object.file = file;
     object.header = reader.GetFile().GetDataSet();
     object.pixels_at = reader.GetStreamCurrentPosition();
+    object.is_implicit =
+        reader.GetFile().GetHeader().GetDataSetTransferSyntax().GetNegociatedType() ==
+        gdcm::TransferSyntax::Implicit;
     const gdcm::DataSet& set = object.header;
     object.series_uid = text_of(set, tag::series_instance_uid);
     const std::optional<int> rows = integer_of(set, tag::rows),

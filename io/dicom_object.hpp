@@ -31,6 +31,7 @@ struct Object {
     std::array<int, 2> size{0, 0};  ///< columns, rows
     int frames = 1;
     std::uint64_t pixels_at = 0;  ///< offset of the pixels in the file
+    bool is_implicit = false;     ///< its elements do not state their types (implicit VR)
     gdcm::DataSet header;         ///< all elements before the pixels
 
     bool is_segmentation() const { return !segmentation_type.empty(); }

@@ -154,6 +154,13 @@ void check_even(std::span<const Plane> planes, const std::vector<std::size_t>& o
 
 }  // namespace
 
+Eigen::Vector3d lps_mm(const ImageGrid& grid, int k) {
+    const Eigen::Array3d lps_mm_from_metres_ras(-1e3, -1e3, 1e3);
+    return lps_mm_from_metres_ras *
+               (grid.ras_from_voxel * Eigen::Vector4d(0, 0, k, 1)).head<3>().array() +
+           0.0;
+}
+
 void check_plane(Plane& plane) {
     if (!plane.position.allFinite() || plane.position.cwiseAbs().maxCoeff() > 1e6)
         fail("{}: its Image Position (Patient) is ({:g}, {:g}, {:g}), expected mm", plane.name,

@@ -31,6 +31,9 @@ struct Stack {
     std::vector<int> slice_of_plane;
 };
 
+/// Centre of the first voxel of slice k of a grid, in the patient's coordinates (LPS, mm).
+Eigen::Vector3d lps_mm(const ImageGrid& grid, int k);
+
 /// Throws Error unless a plane has finite numbers, positive spacings, and directions that are unit
 /// vectors at right angles; corrects rounding of the directions.
 void check_plane(Plane& plane);

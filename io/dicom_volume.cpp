@@ -1,17 +1,14 @@
 #include "io/dicom_volume.hpp"
 
-#include <gdcmTrace.h>
-
 #include <algorithm>
 #include <cstring>
-#include <exception>
 #include <type_traits>
 
 #include "base/error.hpp"
-#include "base/file.hpp"
-#include "io/dicom_pixels.hpp"
+#include "io/dicom_child.hpp"
 #include "io/dicom_segmentation.hpp"
 #include "io/dicom_series.hpp"
+#include "io/dicom_slices.hpp"
 #include "io/parse_in_child.hpp"
 
 namespace livetet {
@@ -22,37 +19,22 @@ namespace fs = std::filesystem;
 
 /// Slices of one series, or the frames of one object, as a volume.
 Volume image_of(std::span<const dicom::Object> objects, const std::string& where) {
-    std::vector<dicom::Plane> planes;
+    const dicom::Slices stack = dicom::stack_slices(objects, where);
     std::vector<dicom::Scale> scales;
     std::vector<dicom::PixelFormat> formats;
-    std::vector<std::pair<const dicom::Object*, int>> frames;  ///< object and frame of each plane
-    for (const dicom::Object& object : objects) {
-        const dicom::PixelFormat format = pixel_format(object);
-        const dicom::Frames of_object = read_frames(object);
-        for (int n = 0; n < object.frames; ++n) {
-            planes.push_back(of_object.planes[n]);
-            scales.push_back(of_object.scales[n]);
-            formats.push_back(format);
-            frames.emplace_back(&object, n);
-        }
+    for (const dicom::Slice& slice : stack.slices) {
+        scales.push_back(slice.scale);
+        formats.push_back(slice.format);
     }
-    const dicom::Stack stack = stack_image(planes, where);
-    std::vector<std::size_t> plane_of_slice(planes.size());
-    for (std::size_t p = 0; p < planes.size(); ++p) plane_of_slice[stack.slice_of_plane[p]] = p;
-
     Volume volume;
     volume.size = stack.grid.size;
     volume.ras_from_voxel = stack.grid.ras_from_voxel;
     volume.type = dicom::type_for(formats, scales);
-    std::optional<dicom::Pixels> pixels;  // of the object of the slice before
-    const dicom::Object* read = nullptr;
+    dicom::SliceReader reader;
     std::vector<double> values;
-    for (const std::size_t p : plane_of_slice) {
-        const auto [object, frame] = frames[p];
-        if (object != read) pixels.emplace(*object);
-        read = object;
-        pixels->read(frame, values);
-        append_values(values, scales[p], volume.type, volume.bytes);
+    for (const dicom::Slice& slice : stack.slices) {
+        reader.read(slice, values);
+        append_values(values, slice.scale, volume.type, volume.bytes);
     }
     return volume;
 }
@@ -144,54 +126,12 @@ Volume unpacked_volume(std::vector<char> bytes) {
     return volume;
 }
 
-/// Beyond this the child's limits (35 minutes, 102 GiB) are enough for any series.
-constexpr std::uintmax_t max_counted_bytes = std::uintmax_t(1) << 30;
-
-/// Bytes of all files in the folder, or in that of the file.
-std::uintmax_t bytes_at(const fs::path& place) {
-    std::error_code error;
-    if (!fs::is_directory(place, error)) {
-        check_is_file(place);
-        // Its series is read with it.
-        return bytes_at(place.has_parent_path() ? place.parent_path() : ".");
-    }
-    std::uintmax_t bytes = 0;
-    for (fs::directory_iterator entry(place, error), end; !error && entry != end;
-         entry.increment(error))
-        if (std::error_code ignored; entry->is_regular_file(ignored))
-            bytes += entry->file_size(ignored);
-    if (error) fail("{}: the folder cannot be read", place.string());
-    return bytes;
-}
-
 /// For use in the child: lowers its limits to those of an object that is read without the files
 /// beside it.
 void limit_to_one(std::span<const dicom::Object> objects, const fs::path& place) {
     std::error_code ignored;
     if (objects.size() == 1 && stands_alone(objects.front()) && fs::is_regular_file(place, ignored))
         limit_parser(std::min(fs::file_size(objects.front().file), max_counted_bytes));
-}
-
-/// Calls `read` in a child process. GDCM's own messages, which may quote the file, are not passed
-/// on.
-std::vector<char> through_gdcm(const fs::path& place,
-                               const std::function<std::vector<char>()>& read) {
-    const std::uintmax_t bytes = std::min(bytes_at(place), max_counted_bytes);
-    return parse_in_child(place, bytes, "GDCM", [&]() -> std::vector<char> {
-        gdcm::Trace::DebugOff();
-        gdcm::Trace::WarningOff();
-        gdcm::Trace::ErrorOff();
-        try {
-            return read();
-        } catch (const Error&) {
-            throw;
-        } catch (const std::bad_alloc&) {
-            fail("{}: needs more memory than files of its size should, is it damaged?",
-                 place.string());
-        } catch (const std::exception&) {
-            fail("{}: is damaged, expected DICOM", place.string());
-        }
-    });
 }
 
 }  // namespace

@@ -60,15 +60,17 @@ constexpr const char* ct_image = "1.2.840.10008.5.1.4.1.1.2";
 constexpr const char* enhanced_ct_image = "1.2.840.10008.5.1.4.1.1.2.1";
 constexpr const char* segmentation = "1.2.840.10008.5.1.4.1.1.66.4";
 
-inline void write_object(const std::filesystem::path& path, const gdcm::DataSet& set,
-                         const std::string& sop_class) {
+inline void write_object(
+    const std::filesystem::path& path, const gdcm::DataSet& set, const std::string& sop_class,
+    gdcm::TransferSyntax::TSType syntax = gdcm::TransferSyntax::ExplicitVRLittleEndian) {
     gdcm::Writer writer;
     gdcm::File& file = writer.GetFile();
     file.GetDataSet() = set;
     put(file.GetDataSet(), 0x0008, 0x0016, gdcm::VR::UI, sop_class);
-    put(file.GetDataSet(), 0x0008, 0x0018, gdcm::VR::UI, "1.2.3.4");
+    if (!set.FindDataElement(gdcm::Tag(0x0008, 0x0018)))
+        put(file.GetDataSet(), 0x0008, 0x0018, gdcm::VR::UI, "1.2.3.4");
     put(file.GetDataSet(), 0x0010, 0x0010, gdcm::VR::PN, "Secret^Name");
-    file.GetHeader().SetDataSetTransferSyntax(gdcm::TransferSyntax::ExplicitVRLittleEndian);
+    file.GetHeader().SetDataSetTransferSyntax(syntax);
     writer.SetFileName(path.string().c_str());
     ASSERT_TRUE(writer.Write());
 }
@@ -97,7 +99,9 @@ inline gdcm::DataSet image_elements(const Slice& s) {
     using gdcm::VR;
     gdcm::DataSet set;
     put(set, 0x0008, 0x0060, VR::CS, s.modality);
+    put(set, 0x0020, 0x000d, VR::UI, "1.2.826.0.1.22222222");
     put(set, 0x0020, 0x000e, VR::UI, s.series);
+    put(set, 0x0020, 0x0052, VR::UI, "1.2.826.0.1.33333333");
     if (!s.number.empty()) put(set, 0x0020, 0x0011, VR::IS, s.number);
     put_integer(set, 0x0028, 0x0002, 1);
     put(set, 0x0028, 0x0004, VR::CS, "MONOCHROME2");
@@ -113,6 +117,7 @@ inline gdcm::DataSet image_elements(const Slice& s) {
 inline gdcm::DataSet slice_elements(const Slice& s) {
     using gdcm::VR;
     gdcm::DataSet set = image_elements(s);
+    put(set, 0x0008, 0x0018, VR::UI, fmt::format("1.2.3.{}", s.first_value + 1));
     put(set, 0x0018, 0x0050, VR::DS, fmt::format("{:g}", s.thickness));
     put(set, 0x0020, 0x0032, VR::DS, listed(s.position));
     put(set, 0x0020, 0x0037, VR::DS, listed(s.orientation));
