@@ -1,20 +1,30 @@
 #include <fmt/format.h>
+#include <sys/prctl.h>
 
 #include <algorithm>
+#include <csignal>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
+#include <thread>
 #include <vector>
 
 #include "apps/commands/commands.hpp"
+#include "apps/commands/output_name.hpp"
 #include "apps/commands/report_result.hpp"
 #include "apps/report/report.hpp"
 #include "apps/report/solve_report.hpp"
 #include "apps/scene/outputs.hpp"
+#include "base/child_process.hpp"
 #include "base/counted.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/parallel_jobs.hpp"
+#include "base/progress.hpp"
+#include "base/temporary_files.hpp"
 #include "base/work_folder.hpp"
 #include "io/text.hpp"
 #ifdef LIVETET_IMAGES
@@ -27,9 +37,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// What is printed of a report: all of it, or its sentences.
+enum class Shown { all, verdicts };
+
 struct ReportArguments {
     fs::path result, truth, folder, json;
     bool no_pictures = false;
+    Shown shown = Shown::all;
+};
+
+/// The options of a report on one result or several. Names of outputs may hold words in braces (see
+/// output_name).
+struct ReportBatch {
+    std::vector<fs::path> results;
+    ReportArguments like;  ///< what all reports have in common
+    int threads = 0;
 };
 
 /// A report of a tracked or solved run in all its formats.
@@ -203,11 +225,106 @@ void run(ReportArguments arguments) {
     if (failure)
         fail("{}: the folder cannot be made ({})", arguments.folder.string(), failure.message());
     write_texts(arguments, run);
-    fmt::print("{}\n", run.text);
+    if (arguments.shown == Shown::all) fmt::print("{}\n", run.text);
+    if (arguments.shown == Shown::verdicts)
+        for (const std::string& sentence : run.verdicts) fmt::print("{}\n", sentence);
     std::fflush(stdout);
     const auto why = arguments.no_pictures ? std::nullopt : add_pictures(arguments.folder, run);
     if (why) fmt::print(stderr, "pictures left out: {}\n", *why);
     fmt::print("written          {}\n", arguments.folder.string());
+}
+
+/// The arguments of each report of a batch. Throws Error if two would write one file.
+std::vector<ReportArguments> reports_of(const ReportBatch& batch) {
+    std::vector<ReportArguments> reports;
+    std::map<fs::path, fs::path> results;  ///< by what is written of each
+    for (const fs::path& result : batch.results) {
+        ReportArguments& report = reports.emplace_back(batch.like);
+        report.result = result;
+        report.folder = output_name("--output", batch.like.folder, result, 0, 0);
+        report.json = output_name("--json", batch.like.json, result, 0, 0);
+        if (batch.results.size() == 1) continue;
+        report.shown = Shown::verdicts;
+        if (report.folder.empty()) report.folder = fs::path(result).replace_extension(".report");
+        for (const fs::path& written : {report.folder, report.json})
+            if (const auto [other, is_new] = results.emplace(written.lexically_normal(), result);
+                !is_new && !written.empty())
+                fail(
+                    "{} and {}: both reports would be written to {}, expected {{result}} or "
+                    "{{folder}} in its name",
+                    other->second.string(), result.string(), written.string());
+    }
+    return reports;
+}
+
+/// Makes a report in a child process: pictures are drawn by libraries that several threads may not
+/// use. Returns what it prints.
+std::string report_in_child(const ReportArguments& arguments) {
+    constexpr double no_limit_s = 1e9;
+    constexpr char refused = 'r';
+    const ChildResult child = run_in_child(
+        [&](int answer) {
+            ::prctl(PR_SET_PDEATHSIG, SIGTERM);  // so that it removes its temporary files
+            remove_temporary_files_at_signals();
+            try {
+                run(arguments);
+            } catch (const Error& e) {
+                const std::string text = refused + std::string(e.what());
+                return write_all(answer, text.data(), text.size()) ? 0 : 1;
+            }
+            return 0;
+        },
+        no_limit_s);
+    if (child.end != ChildResult::End::returned)
+        fail("{}: the report {}", arguments.result.string(), describe_end(child, no_limit_s));
+    if (!child.result.empty())
+        throw Error(std::string(child.result.begin() + 1, child.result.end()));
+    return child.log;
+}
+
+void run_batch_of_reports(const std::vector<ReportArguments>& reports, int threads) {
+    constexpr int max_displays = 4;  // that are sure to find numbers when started at once
+    const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency())),
+              workers = std::min(
+                  {threads > 0 ? threads : cores, max_displays, static_cast<int>(reports.size())});
+    std::vector<std::string> printed(reports.size());
+    JobsEnd end;
+    {
+        ProgressLine progress("report");
+        std::mutex mutex;
+        std::size_t ended = 0;
+        const auto report_end = [&](const fs::path& result) {
+            const std::lock_guard lock(mutex);
+            ++ended;
+            progress.update(static_cast<double>(ended) / static_cast<double>(reports.size()),
+                            result.string());
+        };
+        end = run_jobs(reports.size(), workers, AfterError::go_on, [&](std::size_t n) {
+            printed[n] = report_in_child(reports[n]);
+            report_end(reports[n].result);
+        });
+    }
+    for (std::size_t n = 0; n < reports.size(); ++n)
+        if (!printed[n].empty())
+            fmt::print("result           {}\n{}\n", reports[n].result.string(), printed[n]);
+    std::fflush(stdout);
+    if (!end.first_error) return;
+    try {
+        std::rethrow_exception(end.first_error);
+    } catch (const Error& e) {
+        if (end.failed == 1)
+            fail("{} ({} of {} reports are written)", e.what(), end.done, reports.size());
+        fail("{} (the first of {} that failed; {} of {} reports are written)", e.what(), end.failed,
+             end.done, reports.size());
+    }
+}
+
+void run_reports(const ReportBatch& batch) {
+    const std::vector<ReportArguments> reports = reports_of(batch);
+    if (reports.size() == 1)
+        run(reports.front());
+    else
+        run_batch_of_reports(reports, batch.threads);
 }
 
 }  // namespace
@@ -222,20 +339,28 @@ void report_result(const std::filesystem::path& result, const std::filesystem::p
 void add_report_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand(
         "report", "Reports on a run: errors, frame times or steps, what was left out, pictures");
-    auto arguments = std::make_shared<ReportArguments>();
-    command->add_option("result", arguments->result, "result of livetet track or solve (.h5)")
+    auto batch = std::make_shared<ReportBatch>();
+    command
+        ->add_option("results", batch->results,
+                     "results of livetet track or solve (.h5); several are reported on side by "
+                     "side, each in a process of its own")
         ->required();
-    command->add_option("--truth", arguments->truth,
+    command->add_option("--truth", batch->like.truth,
                         "a phantom's truth (.json): errors at its hidden targets");
     command
-        ->add_option("-o,--output", arguments->folder,
+        ->add_option("-o,--output", batch->like.folder,
                      "folder for report.txt, report.json and pictures, without those of an earlier "
                      "report; or "
-                     "one page with all of it (.html)")
+                     "one page with all of it (.html); of several results with {result} or "
+                     "{folder}, the result's name and folder")
         ->default_str("RESULT.report, beside RESULT.h5");
-    command->add_option("--json", arguments->json, "also write the JSON to this file");
-    command->add_flag("--no-pictures", arguments->no_pictures, "texts only");
-    command->callback([arguments] { run(*arguments); });
+    command->add_option("--json", batch->like.json,
+                        "also write the JSON to this file; {result}, {folder} as in --output");
+    command->add_flag("--no-pictures", batch->like.no_pictures, "texts only");
+    command->add_option("--threads", batch->threads, "reports at a time; 0: one a core, 4 at most")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 64));
+    command->callback([batch] { run_reports(*batch); });
 }
 
 }  // namespace livetet
