@@ -111,6 +111,8 @@ gdcm::DataSet reference_to(const DicomInstance& instance) {
 
 gdcm::DataSet copied_header(const Object& source) {
     gdcm::DataSet set = copied_elements(source.header);
+    const gdcm::Tag specific_character_set(0x0008, 0x0005);  // has a value or is missing
+    if (text_of(set, specific_character_set).empty()) set.Remove(specific_character_set);
     if (!source.is_segmentation())  // always DERIVED and PRIMARY
         put_text(set, tag::image_type, VR::CS,
                  derived_type(text_of(source.header, tag::image_type), source.is_enhanced()));

@@ -31,7 +31,7 @@ const Tag deformable_registration_sequence(0x0064, 0x0002),
     post_deformation_matrix_registration_sequence(0x0064, 0x0010),
     registration_type_code_sequence(0x0070, 0x030d), content_label(0x0070, 0x0080),
     content_description(0x0070, 0x0081), content_creator_name(0x0070, 0x0084),
-    transformation_matrix_type(0x3006, 0x000c), transformation_matrix(0x3006, 0x00c6),
+    transformation_matrix_type(0x0070, 0x030c), transformation_matrix(0x3006, 0x00c6),
     transformation_comment(0x3006, 0x00c8);
 
 /// Elements of patient, study and frame of reference. Those that every object has to have are empty
@@ -152,7 +152,6 @@ gdcm::DataSet registration_of(const std::vector<DicomInstance>& images, const st
     put_items(item, tag::referenced_image_sequence, references);
     put_text(item, transformation_comment, VR::LO, comment);
     put_items(item, registration_type_code_sequence, {});
-    put_items(item, deformable_registration_grid_sequence, {});
     return item;
 }
 

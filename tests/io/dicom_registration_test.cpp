@@ -37,6 +37,7 @@ item = object.DeformableRegistrationSequence[0]
 assert item.SourceFrameOfReferenceUID == object.FrameOfReferenceUID
 assert [str(r.ReferencedSOPInstanceUID) for r in item.ReferencedImageSequence] == ['1.2.3.1', '1.2.3.101', '1.2.3.201']
 def matrix(sequence):
+    assert sequence[0].FrameOfReferenceTransformationMatrixType == 'RIGID'
     m = [float(v) for v in sequence[0].FrameOfReferenceTransformationMatrix]
     return [m[4 * r:4 * r + 4] for r in range(4)]
 pre = matrix(item.PreDeformationMatrixRegistrationSequence)
@@ -50,6 +51,9 @@ origin = [float(v) for v in grid.ImagePositionPatient]
 row, column = [float(v) for v in grid.ImageOrientationPatient[:3]], [float(v) for v in grid.ImageOrientationPatient[3:]]
 depth = [row[1] * column[2] - row[2] * column[1], row[2] * column[0] - row[0] * column[2], row[0] * column[1] - row[1] * column[0]]
 assert len(grid.VectorGridData) == 12 * size[0] * size[1] * size[2]
+registered = object.DeformableRegistrationSequence[1]
+assert str(registered.ReferencedImageSequence[0].ReferencedSOPInstanceUID) == '1.2.9.1'
+assert 'DeformableRegistrationGridSequence' not in registered
 print(*size)
 for k in range(size[2]):
     for j in range(size[1]):
