@@ -1,4 +1,5 @@
-# Installs the libraries with their headers, the program, and the package that find_package(livetet) reads.
+# Installs the libraries with their headers, the program, and the package that find_package(livetet) reads. Each file belongs
+# to the component (COMPONENT) of the Debian package that holds it (cmake/packages.cmake).
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
@@ -7,7 +8,7 @@ include(CMakePackageConfigHelpers)
 function(livetet_export target)
   string(REGEX REPLACE "^livetet_" "" name ${target})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
-  install(TARGETS ${target} EXPORT livetetTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  install(TARGETS ${target} EXPORT livetetTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
   cmake_path(RELATIVE_PATH CMAKE_CURRENT_SOURCE_DIR BASE_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_VARIABLE folder)
   cmake_path(APPEND folder ${ARGN})
   set_property(GLOBAL APPEND PROPERTY livetet_header_folders ${folder})
@@ -26,12 +27,12 @@ function(livetet_install_package)
     set(folders \"${folders}\")
     include(\"${PROJECT_SOURCE_DIR}/cmake/collect_headers.cmake\")
     file(INSTALL \"${PROJECT_BINARY_DIR}/include/livetet\"
-      DESTINATION \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_INCLUDEDIR}\" TYPE DIRECTORY)")
-  install(TARGETS livetet RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-  install(EXPORT livetetTargets NAMESPACE livetet:: DESTINATION ${package})
+      DESTINATION \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_INCLUDEDIR}\" TYPE DIRECTORY)" COMPONENT development)
+  install(TARGETS livetet RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
+  install(EXPORT livetetTargets NAMESPACE livetet:: DESTINATION ${package} COMPONENT development)
   configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/livetetConfig.cmake.in
     ${PROJECT_BINARY_DIR}/livetetConfig.cmake INSTALL_DESTINATION ${package})
   write_basic_package_version_file(${PROJECT_BINARY_DIR}/livetetConfigVersion.cmake COMPATIBILITY SameMinorVersion)
   install(FILES ${PROJECT_BINARY_DIR}/livetetConfig.cmake ${PROJECT_BINARY_DIR}/livetetConfigVersion.cmake
-    ${PROJECT_SOURCE_DIR}/cmake/dependencies.cmake DESTINATION ${package})
+    ${PROJECT_SOURCE_DIR}/cmake/dependencies.cmake DESTINATION ${package} COMPONENT development)
 endfunction()

@@ -11,7 +11,7 @@ function(run)
 endfunction()
 file(REMOVE_RECURSE ${place})  # what an earlier version installed must not be found
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${place}/install)
-foreach(file share/man/man1/livetet.1 share/man/man1/livetet-solve.1 share/bash-completion/completions/livetet
+foreach(file share/man/man1/livetet.1.gz share/man/man1/livetet-solve.1.gz share/bash-completion/completions/livetet
     share/zsh/site-functions/_livetet share/livetet/scene.schema.json share/livetet/study.schema.json)
   if(NOT EXISTS ${place}/install/${file})
     message(FATAL_ERROR "the install tree has no ${file}")
