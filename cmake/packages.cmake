@@ -81,10 +81,10 @@ function(livetet_debian_package component name)
   # Not part of a plain `cmake --install`.
   set(made ${PROJECT_BINARY_DIR}/packaging/${name})
   set(documents ${CMAKE_INSTALL_DATADIR}/doc/${name})
-  configure_file(${PROJECT_SOURCE_DIR}/packaging/debian/changelog.in ${made}/changelog @ONLY)
+  configure_file(${PROJECT_SOURCE_DIR}/apps/packaging/debian/changelog.in ${made}/changelog @ONLY)
   livetet_compress(${made}/changelog ${made}/changelog.Debian.gz)
   livetet_compress(${PROJECT_SOURCE_DIR}/CHANGELOG.md ${made}/changelog.gz)
-  install(FILES ${PROJECT_SOURCE_DIR}/packaging/debian/copyright ${made}/changelog.Debian.gz ${made}/changelog.gz
+  install(FILES ${PROJECT_SOURCE_DIR}/apps/packaging/debian/copyright ${made}/changelog.Debian.gz ${made}/changelog.gz
     DESTINATION ${documents} COMPONENT ${component} EXCLUDE_FROM_ALL)
 endfunction()
 
