@@ -162,23 +162,20 @@ void ScaledStiffness::find_steps(std::span<const std::array<std::int32_t, 4>> te
         const auto& tet = tets[parts.tet_of_lane[lane]];
         const auto at = static_cast<std::uint32_t>(lane) * 16;
         const std::size_t batch = lane / batch_width<float>;
-        int part = 0;
-        while (part < static_cast<int>(own.size()) &&
-               !(own[part].begin <= batch && batch < own[part].end))
-            ++part;
+        const auto part = std::find_if(own.begin(), own.end(),
+                                       [batch](const BatchRange& r) { return batch < r.end; });
         for (std::uint32_t i = 0; i < 4; ++i)
             for (std::uint32_t j = 0; j < 4; ++j) {
                 if (tet[i] >= tet[j]) continue;
                 EdgeTets& edge_tets = tets_of_block[block(tet[i], tet[j])];
                 edge_tets.shares.push_back({at + 4 * i, at + 4 * j});
                 edge_tets.factor = 1 / (scale_[tet[i]] * scale_[tet[j]]);
-                if (part == static_cast<int>(own.size())) continue;  // of a later round
-                edge_tets.part = part;
-                edge_tets.step = std::max(edge_tets.step, (batch - own[part].begin) / step_batches);
+                if (part == own.end()) continue;  // of a later round
+                edge_tets.part = static_cast<int>(part - own.begin());
+                edge_tets.step = std::max(edge_tets.step, (batch - part->begin) / step_batches);
             }
     }
-    std::vector<std::vector<std::vector<std::int32_t>>> edges(
-        own.size());  // of each step of each part
+    std::vector<std::vector<std::vector<std::int32_t>>> edges(own.size());  // part, step
     for (std::size_t p = 0; p < edges.size(); ++p)
         edges[p].resize(std::max<std::size_t>(
             1, (own[p].end - own[p].begin + step_batches - 1) / step_batches));
