@@ -10,6 +10,7 @@
 #include <ctime>
 #include <fstream>
 #include <limits>
+#include <sstream>
 
 #include "base/error.hpp"
 #include "io/dicom_dataset.hpp"
@@ -94,13 +95,14 @@ void write_object(const std::filesystem::path& file, const gdcm::DataSet& object
     writer.GetFile().GetHeader().SetDataSetTransferSyntax(
         syntax == Syntax::explicit_types ? gdcm::TransferSyntax::ExplicitVRLittleEndian
                                          : gdcm::TransferSyntax::ImplicitVRLittleEndian);
+    std::ostringstream bytes;  // GDCM ends the process if a stream fails
+    writer.SetStream(bytes);
+    if (!writer.Write())
+        fail("{}: cannot be written, elements of its source are no valid DICOM", file.string());
     std::ofstream out(file, std::ios::binary);
-    writer.SetStream(out);
-    const bool complete = writer.Write();
+    out << bytes.view();
     out.close();
     if (!out) fail("{}: cannot be written (is the disk full?)", file.string());
-    if (!complete)
-        fail("{}: cannot be written, elements of its source are no valid DICOM", file.string());
 }
 
 }  // namespace livetet::dicom
