@@ -187,12 +187,12 @@ DerivedSeries write_series(const fs::path& folder, const DicomName& source, cons
 
 }  // namespace dicom
 
-DerivedSeries write_dicom_series(const fs::path& folder, const DicomName& source,
+DerivedSeries write_dicom_series(const std::filesystem::path& folder, const DicomName& source,
                                  const GreyImage& image, const DicomDerivation& derivation) {
     return dicom::write_series(folder, source, image, derivation);
 }
 
-DerivedSeries write_dicom_series(const fs::path& folder, const DicomName& source,
+DerivedSeries write_dicom_series(const std::filesystem::path& folder, const DicomName& source,
                                  const LabelImage& image, const DicomDerivation& derivation) {
     return dicom::write_series(folder, source, image, derivation);
 }
