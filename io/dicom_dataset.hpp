@@ -10,7 +10,8 @@
 
 namespace livetet::dicom {
 
-/// Tags that are read or written, by the keywords of DICOM PS3.6. No tag of a patient is among them.
+/// Tags that are read or written, by the keywords of DICOM PS3.6. No tag of a patient is among
+/// them.
 namespace tag {
 inline constexpr std::uint16_t image = 0x0028;
 inline const gdcm::Tag image_type(0x0008, 0x0008), instance_creation_date(0x0008, 0x0012),

@@ -19,17 +19,17 @@ DicomInstance instance_of(const Object& object);
 gdcm::DataSet reference_to(const DicomInstance& instance);
 
 /// A copy of an object's elements without those that are wrong or not known to be right for changed
-/// pixels: private elements, overlays, the icon, least and largest pixel values, digital signatures,
-/// and of frames how they were derived. The type of an image becomes DERIVED, SECONDARY; that of
-/// enhanced images and their frames, which have to be PRIMARY, becomes DERIVED, PRIMARY, then as it
-/// was, RESAMPLED (DICOM PS3.3, C.7.6.1.1.2 and C.8.16.1).
+/// pixels: private elements, overlays, the icon, least and largest pixel values, digital
+/// signatures, and of frames how they were derived. The type of an image becomes DERIVED,
+/// SECONDARY; that of enhanced images and their frames, which have to be PRIMARY, becomes DERIVED,
+/// PRIMARY, then as it was, RESAMPLED (DICOM PS3.3, C.7.6.1.1.2 and C.8.16.1).
 gdcm::DataSet copied_header(const Object& source);
 
 /// A copy of elements without those, at any depth.
 gdcm::DataSet copied_elements(const gdcm::DataSet& from);
 
-/// How the elements of a copy state their types: as in the source, where those of implicit types are
-/// not known.
+/// How the elements of a copy state their types: as in the source, where those of implicit types
+/// are not known.
 Syntax syntax_of(const Object& source);
 
 /// Throws Error, naming the source, unless a derived image has its grid.

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "base/error.hpp"
+#include "base/pending_folder.hpp"
 #include "io/dicom_child.hpp"
 #include "io/dicom_dataset.hpp"
 #include "io/dicom_derivation.hpp"
@@ -94,9 +95,10 @@ DerivedSeries derived_series(const std::vector<char>& bytes) {
 /// Writes one file of an image: its slices `first` to `last`.
 class FileWriter {
   public:
-    FileWriter(const fs::path& folder, const Slices& stack, const DicomDerivation& derivation,
-               ValueAt value_at)
+    FileWriter(const fs::path& folder, const fs::path& target, const Slices& stack,
+               const DicomDerivation& derivation, ValueAt value_at)
         : folder_(folder),
+          target_(target),
           stack_(stack),
           derivation_(derivation),
           value_at_(std::move(value_at)),
@@ -116,7 +118,8 @@ class FileWriter {
         put_equipment(set, derivation_);
         const std::string instance = put_instance(set, series_);
         put_pixels(set, source, first, last);
-        write_object(folder_ / fmt::format("IM{:04}.dcm", first + 1), set, syntax_of(source));
+        const std::string name = fmt::format("IM{:04}.dcm", first + 1);
+        write_object(folder_ / name, target_ / name, set, syntax_of(source));
         written_.instances.push_back({instance_of(source).sop_class, instance});
     }
 
@@ -138,7 +141,7 @@ class FileWriter {
                   source.file.string());
     }
 
-    const fs::path& folder_;
+    const fs::path &folder_, &target_;
     const Slices& stack_;
     const DicomDerivation& derivation_;
     ValueAt value_at_;
@@ -148,12 +151,13 @@ class FileWriter {
     DerivedSeries written_;
 };
 
-DerivedSeries write_image_files(const fs::path& folder, std::span<const Object> objects,
-                                const std::string& where, const ImageGrid& grid,
-                                const ValueAt& value_at, const DicomDerivation& derivation) {
+DerivedSeries write_image_files(const fs::path& folder, const fs::path& target,
+                                std::span<const Object> objects, const std::string& where,
+                                const ImageGrid& grid, const ValueAt& value_at,
+                                const DicomDerivation& derivation) {
     const Slices stack = stack_slices(objects, where);
     check_same_grid(grid, stack.grid, where);
-    FileWriter writer(folder, stack, derivation, value_at);
+    FileWriter writer(folder, target, stack, derivation, value_at);
     const int slices = static_cast<int>(stack.slices.size());
     for (int first = 0, last = 0; first < slices; first = last + 1) {
         last = first;
@@ -168,19 +172,23 @@ template <class T>
 DerivedSeries write_series(const fs::path& folder, const DicomName& source, const Image<T>& image,
                            const DicomDerivation& derivation) {
     const std::string where = source.place.string();
-    return derived_series(through_gdcm(source.place, [&] {
+    PendingFolder pending(folder);
+    const std::vector<char> written = through_gdcm(source.place, [&] {
         const std::vector<Object> objects = find_series(source);
         const std::size_t slice = std::size_t(image.size[0]) * image.size[1];
         const auto value_at = [&](int k, std::size_t n) {
             return static_cast<double>(image.values[k * slice + n]);
         };
         if (!objects.front().is_segmentation())
-            return packed(
-                write_image_files(folder, objects, where, grid_of(image), value_at, derivation));
+            return packed(write_image_files(pending.path(), folder, objects, where, grid_of(image),
+                                            value_at, derivation));
         const std::vector<std::int32_t> labels(image.values.begin(), image.values.end());
-        return packed(write_derived_segmentation(
-            folder, objects.front(), {image.size, image.ras_from_voxel, labels}, derivation));
-    }));
+        return packed(write_derived_segmentation(pending.path(), folder, objects.front(),
+                                                 {image.size, image.ras_from_voxel, labels},
+                                                 derivation));
+    });
+    pending.commit();
+    return derived_series(written);
 }
 
 }  // namespace

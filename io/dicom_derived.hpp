@@ -33,13 +33,13 @@ struct DerivedSeries {
 };
 
 /// Writes `image` as a DICOM series that is derived from `source`, an image that `read_volume`
-/// reads: a file for each of its files (IM0001.dcm and so on along the slices), into `folder`, which
-/// exists. `image` must have the source's grid.
+/// reads: a file for each of its files (IM0001.dcm and so on along the slices), into `folder`,
+/// which must be new or empty, and is whole or not there. `image` must have the source's grid.
 ///
 /// Each file has the elements of its source file: those of patient, study, equipment and
-/// acquisition, place, frame of reference, window. Pixels have the source's format and Rescale Slope
-/// and Intercept; a voxel that has not changed keeps its stored value to the bit, others are rounded
-/// and clamped. Files are not compressed. New are series, unique identifiers, Image Type
+/// acquisition, place, frame of reference, window. Pixels have the source's format and Rescale
+/// Slope and Intercept; a voxel that has not changed keeps its stored value to the bit, others are
+/// rounded and clamped. Files are not compressed. New are series, unique identifiers, Image Type
 /// (DERIVED\SECONDARY), and how they were derived, with references to the source's slices within
 /// `slice_reach`. Unique identifiers are random: each call makes other instances, as DICOM wants of
 /// instances that differ in any element. Private elements, overlays, icons and signatures are left

@@ -129,7 +129,8 @@ class FrameGroups {
 
 }  // namespace
 
-DerivedSeries write_derived_segmentation(const std::filesystem::path& folder, const Object& source,
+DerivedSeries write_derived_segmentation(const std::filesystem::path& folder,
+                                         const std::filesystem::path& target, const Object& source,
                                          const LabelImage& labels,
                                          const DicomDerivation& derivation) {
     const std::string where = source.file.string();
@@ -154,7 +155,7 @@ DerivedSeries write_derived_segmentation(const std::filesystem::path& folder, co
     const NewSeries series = new_series(source, derivation, 1000);
     const std::string instance = put_instance(set, series);
     put_bytes(set, tag::pixel_data, VR::OB, bits_of(labels, frames), where);
-    write_object(folder / "IM0001.dcm", set, syntax_of(source));
+    write_object(folder / "IM0001.dcm", target / "IM0001.dcm", set, syntax_of(source));
     return {series.uid, {{from.sop_class, instance}}, 0};
 }
 

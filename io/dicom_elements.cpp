@@ -89,7 +89,8 @@ DateTime date_time_now() {
     return {fmt::format("{:%Y%m%d}", now), fmt::format("{:%H%M%S}", now)};
 }
 
-void write_object(const std::filesystem::path& file, const gdcm::DataSet& object, Syntax syntax) {
+void write_object(const std::filesystem::path& file, const std::filesystem::path& target,
+                  const gdcm::DataSet& object, Syntax syntax) {
     gdcm::Writer writer;
     writer.GetFile().GetDataSet() = object;
     writer.GetFile().GetHeader().SetDataSetTransferSyntax(
@@ -98,11 +99,11 @@ void write_object(const std::filesystem::path& file, const gdcm::DataSet& object
     std::ostringstream bytes;  // GDCM ends the process if a stream fails
     writer.SetStream(bytes);
     if (!writer.Write())
-        fail("{}: cannot be written, elements of its source are no valid DICOM", file.string());
+        fail("{}: cannot be written, elements of its source are no valid DICOM", target.string());
     std::ofstream out(file, std::ios::binary);
     out << bytes.view();
     out.close();
-    if (!out) fail("{}: cannot be written (is the disk full?)", file.string());
+    if (!out) fail("{}: cannot be written (is the disk full?)", target.string());
 }
 
 }  // namespace livetet::dicom

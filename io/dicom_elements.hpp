@@ -53,7 +53,8 @@ DateTime date_time_now();
 enum class Syntax { explicit_types, implicit_types };
 
 /// Writes an object, little-endian and uncompressed. Its SOP Class UID and SOP Instance UID must be
-/// set. Throws Error if the file cannot be written.
-void write_object(const std::filesystem::path& file, const gdcm::DataSet& object, Syntax syntax);
+/// set. `target`: the file's name in messages. Throws Error if the file cannot be written.
+void write_object(const std::filesystem::path& file, const std::filesystem::path& target,
+                  const gdcm::DataSet& object, Syntax syntax);
 
 }  // namespace livetet::dicom

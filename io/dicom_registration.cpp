@@ -203,7 +203,7 @@ void write_dicom_registration(const std::filesystem::path& file, const DicomName
     (void)through_gdcm(source.place, [&]() -> std::vector<char> {
         const std::vector<dicom::Object> sources = dicom::find_series(source);
         dicom::write_object(
-            pending.path(),
+            pending.path(), file,
             dicom::registration(sources, field, derivation, registered, file.string()),
             dicom::Syntax::explicit_types);
         return {};

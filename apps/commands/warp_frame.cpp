@@ -11,7 +11,6 @@
 #include "apps/scene/outputs.hpp"
 #include "apps/scene/scene_image.hpp"
 #include "base/error.hpp"
-#include "base/pending_folder.hpp"
 #include "base/stopwatch.hpp"
 #include "config/yaml.hpp"
 #include "image/image_warp.hpp"
@@ -261,15 +260,13 @@ class FrameWriter {
         const fs::path& file = job_.files.image;
 #ifdef LIVETET_IMAGES
         if (is_series_folder(a_.output)) {
-            PendingFolder folder(file);
             const DicomName source = *dicom_name(input_.source()->file);
             const DicomDerivation derivation = derivation_of(input_, job_.frame, empty_, motion_);
             series_ = std::visit(
                 [&](const auto& values) {
-                    return write_dicom_series(folder.path(), source, values, derivation);
+                    return write_dicom_series(file, source, values, derivation);
                 },
                 image);
-            folder.commit();
             out_.figures["clamped"] = series_.clamped;
             return;
         }

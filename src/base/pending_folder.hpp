@@ -7,8 +7,8 @@
 
 namespace livetet {
 
-/// Writes a folder atomically: files go to the folder `path` beside the target, and `commit` renames
-/// it. Without `commit`, or if a signal ends the program, that folder is removed.
+/// Writes a folder atomically: files go to the folder `path` beside the target, and `commit`
+/// renames it. Without `commit`, or if a signal ends the program, that folder is removed.
 class PendingFolder {
   public:
     /// Throws Error if the target holds files or is one, or if the folder that it goes to does not
