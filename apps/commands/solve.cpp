@@ -1,47 +1,29 @@
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "apps/commands/commands.hpp"
-#include "apps/scene/model_limits.hpp"
 #include "apps/scene/outputs.hpp"
-#include "apps/scene/probes.hpp"
-#include "apps/simulation/run_description.hpp"
-#include "apps/simulation/state_keeper.hpp"
+#include "apps/simulation/solve_scene.hpp"
 #include "base/counted.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
-#include "base/log.hpp"
-#include "base/stopwatch.hpp"
-#include "io/points_csv.hpp"
-#include "mesh/quadratic.hpp"
 #include "solvers/parallel/petsc_session.hpp"
 
 namespace livetet {
 
 namespace {
 
-using nlohmann::json;
-
 struct SolveArguments {
     std::filesystem::path scene, json;
     bool restart = false, profile = false;
 };
 
-double largest_norm(const std::vector<Vector3>& values) {
-    double largest = 0;
-    for (const Vector3& v : values) largest = std::max(largest, v.norm());
-    return largest;
-}
-
-/// Checks what can be checked before anything runs. Collective.
+/// Checks what can be checked before anything runs.
 void check_files(const SolveArguments& arguments, const Scene& scene, bool first) {
     refuse_to_overwrite("--json", arguments.json, scene, arguments.scene);
-    for (const std::filesystem::path& path :
-         {arguments.json, scene.probes ? scene.probes->displacements : std::filesystem::path()})
-        if (first && !path.empty()) (void)PendingFile(path);  // throws if it cannot be written
+    if (first && !arguments.json.empty())
+        (void)PendingFile(arguments.json);  // throws if it cannot be written
 }
 
 void print_figures(const SceneBody& body, const RunHistory& history, const RunFigures& figures) {
@@ -73,17 +55,6 @@ void print_figures(const SceneBody& body, const RunHistory& history, const RunFi
                figures.setup_s, figures.sum.seconds());
 }
 
-/// Says that a mesh is too small for its ranks: they wait for each other longer than they work.
-void warn_of_small_parts(std::size_t tets, int ranks) {
-    constexpr std::size_t min_tets = 5000;  // of a rank
-    const std::size_t useful = std::max<std::size_t>(1, tets / min_tets);
-    if (static_cast<std::size_t>(ranks) > useful)
-        log_warning(
-            fmt::format("{} tets on {} ranks: found {} tets a rank, expected {} or more: "
-                        "{} would be as fast",
-                        tets, ranks, tets / ranks, min_tets, counted(useful, "rank")));
-}
-
 /// Which files hold the run's results.
 std::string written_text(const Scene& scene, bool has_state) {
     if (!has_state) return "nothing: no state was reached";
@@ -102,57 +73,24 @@ int solve(const SolveArguments& arguments, const std::vector<std::string>& petsc
     session.add_options(scene.solver.petsc_options);
     std::optional<ProgressLine> progress;
     if (first) progress.emplace("solve");
-    const auto callback = [&] { return progress ? progress->callback() : ProgressCallback{}; };
 
-    if (const auto note = locking_note(scene); note && first) log_warning(*note);
-
-    // 2. mesh, body
-    RunFigures figures;
-    figures.ranks = session.ranks();
-    const auto start = std::chrono::steady_clock::now();
-    MeshHierarchy hierarchy = load_mesh(scene, callback());
-    figures.mesh_s = seconds_since(start);
-    SceneBody body = make_body(PETSC_COMM_WORLD, scene, std::move(hierarchy), Use::solve);
-    SceneConstraints constraints(scene, body.mesh());
-    check_no_free_motion(scene, body.mesh(), constraints);
-    figures.setup_s = seconds_since(start) - figures.mesh_s;
-    std::optional<Probes> probes;
-    if (scene.probes) probes.emplace(*scene.probes, body.mesh());
-
-    if (first) warn_of_small_parts(body.mesh().tets.size(), session.ranks());
-
-    // 3. steps
-    StateKeeper states(scene, body, arguments.restart ? RunStart::from_checkpoint : RunStart::anew);
-    RunHooks hooks = states.hooks(callback());
-    hooks.iterated = [&] { session.tell_unused_options(PetscSession::Moment::set_up); };
-    const RunHistory history = run_scene(scene, body, constraints, hooks);
+    // 2. mesh, body, steps, result
+    const SolvedScene solved = solve_scene(
+        scene, {.start = arguments.restart ? RunStart::from_checkpoint : RunStart::anew,
+                .profile = arguments.profile,
+                .progress = progress ? progress->callback() : ProgressCallback{},
+                .iterated = [&] { session.tell_unused_options(PetscSession::Moment::set_up); }});
     progress.reset();
-    const std::vector<Vector3>& displacement = states.displacement();
-    figures.forces = constraints.forces(body.body->reactions(), displacement);
-    figures.inverted_tets = body.body->inverted_tets();
-    figures.largest_displacement_m = largest_norm(displacement);
-    if (first) figures.beyond_model = beyond_model(scene, body.mesh(), displacement);
-    figures.sum = sum_of(history);
-    if (arguments.profile)
-        figures.profile = solve_profile(PETSC_COMM_WORLD, scene, body, figures.mesh_s,
-                                        {0, states.output_s(), static_cast<long>(states.frames())});
-
-    // 4. results
-    json about = describe_run(scene, body, history, figures, states.start_s());
-    states.close(about.dump());
     session.tell_unused_options(PetscSession::Moment::end);
+    const RunHistory& history = solved.history;
     const int status = history.converged ? 0 : 3;
     if (!first) return status;
-    states.remove_checkpoints();
-    const bool has_state = states.frames() > 0;
-    if (probes && has_state)
-        write_displacements_csv(scene.probes->displacements, probes->points,
-                                probes->sampler.sample(displacement));
-    about["output_s"] = states.output_s();
-    print_figures(body, history, figures);
-    fmt::print("written          {}\n", written_text(scene, has_state));
-    if (arguments.profile) fmt::print("{}", profile_table(figures.profile));
-    if (!arguments.json.empty()) write_text_file(arguments.json, about.dump(2) + "\n");
+
+    // 3. figures
+    print_figures(solved.body, history, solved.figures);
+    fmt::print("written          {}\n", written_text(scene, solved.frames > 0));
+    if (arguments.profile) fmt::print("{}", profile_table(solved.figures.profile));
+    if (!arguments.json.empty()) write_text_file(arguments.json, solved.description + "\n");
     if (!history.converged) fmt::print(stderr, "livetet: {}\n", history.failure);
     return status;
 }

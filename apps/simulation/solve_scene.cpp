@@ -1,0 +1,95 @@
+#include "apps/simulation/solve_scene.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "apps/scene/model_limits.hpp"
+#include "apps/scene/probes.hpp"
+#include "base/counted.hpp"
+#include "base/file.hpp"
+#include "base/log.hpp"
+#include "base/stopwatch.hpp"
+#include "io/points_csv.hpp"
+
+namespace livetet {
+
+namespace {
+
+double largest_norm(const std::vector<Vector3>& values) {
+    double largest = 0;
+    for (const Vector3& v : values) largest = std::max(largest, v.norm());
+    return largest;
+}
+
+bool is_first_of_world() {
+    int rank = 0;
+    MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+    return rank == 0;
+}
+
+/// Says that a mesh is too small for its ranks: they wait for each other longer than they work.
+void warn_of_small_parts(std::size_t tets, int ranks) {
+    constexpr std::size_t min_tets = 5000;  // of a rank
+    const std::size_t useful = std::max<std::size_t>(1, tets / min_tets);
+    if (static_cast<std::size_t>(ranks) > useful)
+        log_warning(
+            fmt::format("{} tets on {} ranks: found {} tets a rank, expected {} or more: "
+                        "{} would be as fast",
+                        tets, ranks, tets / ranks, min_tets, counted(useful, "rank")));
+}
+
+}  // namespace
+
+SolvedScene solve_scene(const Scene& scene, const SolveRequest& request) {
+    const bool first = is_first_of_world();
+    if (first && scene.probes)
+        (void)PendingFile(scene.probes->displacements);  // throws if it cannot be written
+    if (const auto note = locking_note(scene); note && first) log_warning(*note);
+
+    // 1. mesh, body
+    SolvedScene solved;
+    RunFigures& figures = solved.figures;
+    MPI_Comm_size(PETSC_COMM_WORLD, &figures.ranks);
+    const auto start = std::chrono::steady_clock::now();
+    MeshHierarchy hierarchy = load_mesh(scene, request.progress);
+    figures.mesh_s = seconds_since(start);
+    solved.body = make_body(PETSC_COMM_WORLD, scene, std::move(hierarchy), Use::solve);
+    SceneBody& body = solved.body;
+    SceneConstraints constraints(scene, body.mesh());
+    check_no_free_motion(scene, body.mesh(), constraints);
+    figures.setup_s = seconds_since(start) - figures.mesh_s;
+    std::optional<Probes> probes;
+    if (scene.probes) probes.emplace(*scene.probes, body.mesh());
+    if (first) warn_of_small_parts(body.mesh().tets.size(), figures.ranks);
+
+    // 2. steps
+    StateKeeper states(scene, body, request.start);
+    RunHooks hooks = states.hooks(request.progress);
+    hooks.iterated = request.iterated;
+    solved.history = run_scene(scene, body, constraints, hooks);
+    solved.displacement = states.displacement();
+    solved.frames = states.frames();
+    figures.forces = constraints.forces(body.body->reactions(), solved.displacement);
+    figures.inverted_tets = body.body->inverted_tets();
+    figures.largest_displacement_m = largest_norm(solved.displacement);
+    if (first) figures.beyond_model = beyond_model(scene, body.mesh(), solved.displacement);
+    figures.sum = sum_of(solved.history);
+    if (request.profile)
+        figures.profile = solve_profile(PETSC_COMM_WORLD, scene, body, figures.mesh_s,
+                                        {0, states.output_s(), static_cast<long>(states.frames())});
+
+    // 3. results
+    nlohmann::json about = describe_run(scene, body, solved.history, figures, states.start_s());
+    states.close(about.dump());
+    about["output_s"] = states.output_s();
+    solved.description = about.dump(2);
+    if (!first) return solved;
+    states.remove_checkpoints();
+    if (probes && solved.frames > 0)
+        write_displacements_csv(scene.probes->displacements, probes->points,
+                                probes->sampler.sample(solved.displacement));
+    return solved;
+}
+
+}  // namespace livetet
