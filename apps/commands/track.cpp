@@ -10,6 +10,7 @@
 #include "apps/live/frame_loop.hpp"
 #include "apps/live/replay.hpp"
 #include "apps/live/statement_record.hpp"
+#include "apps/live/track_inputs.hpp"
 #include "apps/live/tracked_model.hpp"
 #include "apps/live/tracker_source.hpp"
 #include "apps/report/report.hpp"
@@ -76,26 +77,6 @@ void take_publish(const std::string& text, std::optional<PublishOptions>& publis
     publish->port = std::stoi(port);
 }
 
-/// `registration` as a transform from the reference sensor. Throws Error if it does not fit this
-/// scene.
-RigidTransform<ImageFrame, Reference> rigid_registration(const FiducialRegistration& registration,
-                                                         const TrackOptions& track) {
-    const auto& image_from_base = registration.image_from_base;
-    if (std::abs(image_from_base.scale - 1) > 1e-9)
-        fail(
-            "{}: has a scale of {:.5f}, expected a rigid registration (livetet register without "
-            "--scale)",
-            track.registration.string(), image_from_base.scale);
-    if (registration.reference_tool != track.reference_tool)
-        fail(
-            "{}: registered in the frame of {}, expected the reference sensor {} (livetet register "
-            "--reference {})",
-            track.registration.string(),
-            registration.reference_tool.empty() ? "the tracker" : registration.reference_tool,
-            track.reference_tool, track.reference_tool);
-    return {image_from_base.rotation, image_from_base.translation};
-}
-
 /// What a run needs, read and checked before anything runs.
 struct TrackInputs {
     explicit TrackInputs(const TrackArguments& arguments);
@@ -122,16 +103,6 @@ Scene load_track_scene(const TrackArguments& arguments) {
     if (arguments.every_sample) scene.track->pace = Pace::every_sample;
     take_publish(arguments.publish, scene.track->publish);
     return scene;
-}
-
-/// The reference, the sensors, and the tools to show; each once.
-std::vector<std::string> tools_of(const TrackOptions& track) {
-    std::vector<std::string> tools{track.reference_tool};
-    for (const SensorOptions& sensor : track.sensors) tools.push_back(sensor.tool);
-    for (const ToolOptions& tool : track.tools)
-        if (std::find(tools.begin(), tools.end(), tool.tool) == tools.end())
-            tools.push_back(tool.tool);
-    return tools;
 }
 
 std::filesystem::file_time_type write_time_of(const std::filesystem::path& file) {

@@ -4,6 +4,7 @@
 #include <list>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include "apps/live/frame.hpp"
 #include "apps/live/patch_options.hpp"
@@ -102,6 +103,8 @@ class TrackedBody {
 
     /// The last frame, without its displacement.
     const FrameState& last() const { return frame_; }
+    /// The last frame of a body that ends: its displacement stays where it is.
+    Frame take_frame() && { return std::move(frame_); }
 
     /// Nodes that follow sensors and are not fixed by the scene, and their displacements in this
     /// frame, m.
