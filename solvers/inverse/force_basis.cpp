@@ -21,6 +21,10 @@ void ForceBasis::add_pattern(std::span<const std::int32_t> nodes, std::span<cons
     }
 }
 
+void ForceBasis::add(const ForceBasis& other) {
+    columns_.insert(columns_.end(), other.columns_.begin(), other.columns_.end());
+}
+
 std::vector<Vector3> ForceBasis::force(const Eigen::VectorXd& p, std::size_t nodes) const {
     std::vector<Vector3> f(nodes, Vector3::Zero());
     for (std::size_t j = 0; j < columns_.size(); ++j) {

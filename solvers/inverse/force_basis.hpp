@@ -25,6 +25,8 @@ class ForceBasis {
     const Column& column(std::size_t j) const { return columns_[j]; }
     /// One column for each axis. Throws Error unless the shares have a positive sum.
     void add_pattern(std::span<const std::int32_t> nodes, std::span<const double> shares);
+    /// Appends the columns of another basis of the same body.
+    void add(const ForceBasis& other);
 
     /// f = B p for a body of so many nodes, N.
     std::vector<Vector3> force(const Eigen::VectorXd& p, std::size_t nodes) const;

@@ -1,6 +1,7 @@
 #include "solvers/inverse/surface_registration.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -10,35 +11,63 @@
 
 namespace livetet {
 
-/// An increment of forces and displacement.
+/// An increment of forces, pose and displacement.
 struct SurfaceRegistration::Step {
-    Eigen::VectorXd dp;
+    Eigen::VectorXd dq;
     Eigen::VectorXd du;       ///< m, three numbers a node, to first order
-    double size = 0;          ///< of the largest displacement, m
+    double size = 0;          ///< of the largest motion of a node or point, m
     double taken = 1;         ///< share
-    double slope = 0;         ///< of J along dp: negative
+    double slope = 0;         ///< of J along dq: negative
     bool fell_short = false;  ///< J, or the imbalance at the predicted state, is not as predicted
     double gradient = 0;      ///< norm
 };
 
+/// A state's misfits.
+struct SurfaceRegistration::Fitted {
+    SurfaceMatches matches;
+    std::vector<Vector3> offsets;  ///< of the landmarks: x_l + u_l - T c_l, m
+    PointPose pose;
+    double landmark_scale = 0;  ///< s_l, m
+    double value = 0;           ///< of both misfits
+};
+
 namespace {
+
+constexpr Eigen::Index pose_size = 6;
 
 void check_positive(double value, const char* name) {
     if (!(value > 0 && std::isfinite(value)))
         fail("surface registration: {} = {}, expected more than 0", name, value);
 }
 
-/// Rows sqrt(w_i) / s n_i . U at the matched places.
-Eigen::MatrixXd distance_rows(const SurfaceMatches& matches, const Eigen::MatrixXd& responses) {
-    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(std::ssize(matches.points), responses.cols());
-    for (Eigen::Index i = 0; i < rows.rows(); ++i) {
-        const SurfaceMatch& m = matches.points[static_cast<std::size_t>(i)];
-        const double factor = std::sqrt(m.confidence) / matches.scale;
-        for (int k = 0; k < 3; ++k)
-            rows.row(i) += factor * m.weights[k] * m.direction.transpose() *
-                           responses.middleRows<3>(3 * m.nodes[k]);
-    }
-    return rows;
+void check_registration_options(const SurfaceRegistrationOptions& o) {
+    check_positive(o.point_error_m, "point_error_m");
+    check_positive(o.prior_energy_J, "prior_energy_J");
+    check_positive(o.tolerance_m, "tolerance_m");
+    check_positive(o.equilibrium_tolerance, "equilibrium_tolerance");
+    check_positive(o.linear_tolerance, "linear_tolerance");
+    check_positive(o.max_iterations, "max_iterations");
+    check_positive(o.landmark_error_m, "landmark_error_m");
+    if (o.pose_error_m == 0 && o.pose_error_rad == 0) return;
+    check_positive(o.pose_error_m, "pose_error_m");
+    check_positive(o.pose_error_rad, "pose_error_rad");
+}
+
+/// Standard deviations of a covariance over those of `prior`, along the directions in which they
+/// are independent, ascending: the generalised eigenvalues.
+Eigen::VectorXd spread_ratios(const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& prior) {
+    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
+        (covariance + covariance.transpose()) / 2, (prior + prior.transpose()) / 2,
+        Eigen::EigenvaluesOnly | Eigen::Ax_lBx);
+    return eigen.eigenvalues().cwiseMax(0).cwiseSqrt();
+}
+
+/// Inverse of a symmetric positive definite matrix of any scaling.
+Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& a) {
+    const Eigen::VectorXd scale = a.diagonal().cwiseSqrt().cwiseInverse();
+    const Eigen::MatrixXd scaled = scale.asDiagonal() * a * scale.asDiagonal();
+    return scale.asDiagonal() * scaled.ldlt().solve(Eigen::MatrixXd::Identity(a.rows(), a.cols())) *
+           scale.asDiagonal();
 }
 
 }  // namespace
@@ -51,26 +80,23 @@ SurfaceRegistration::SurfaceRegistration(DeformableBody& body, std::span<const V
       surface_(surface.begin(), surface.end()),
       basis_(std::move(basis)),
       options_(options),
-      p_(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(basis_.size()))),
       u_(rest.size(), Vector3::Zero()) {
-    check_positive(options.point_error_m, "point_error_m");
-    check_positive(options.prior_energy_J, "prior_energy_J");
-    check_positive(options.tolerance_m, "tolerance_m");
-    check_positive(options.equilibrium_tolerance, "equilibrium_tolerance");
-    check_positive(options.linear_tolerance, "linear_tolerance");
-    check_positive(options.max_iterations, "max_iterations");
+    check_registration_options(options);
     if (basis_.size() == 0) fail("surface registration: found no column in the force basis");
+    const Eigen::Index n = forces_count();
+    const Eigen::Index all = n + (options.pose_error_m > 0 ? pose_size : 0);
+    q_ = Eigen::VectorXd::Zero(all);
     Eigen::AlignedBox3d box;
     for (const Vector3& x : rest_) box.extend(x);
     diagonal_ = box.diagonal().norm();
     body_.set_displacement(u_);
     body_.linearise();
     find_responses();
-    prior_.resize(p_.size(), p_.size());
+    prior_ = Eigen::MatrixXd::Zero(all, all);
     std::vector<Vector3> column(rest_.size());
-    for (Eigen::Index j = 0; j < p_.size(); ++j) {
+    for (Eigen::Index j = 0; j < n; ++j) {
         Eigen::Map<Eigen::VectorXd>(column.front().data(), responses_.rows()) = responses_.col(j);
-        prior_.col(j) = basis_.project(column) / options_.prior_energy_J;
+        prior_.col(j).head(n) = basis_.project(column) / options_.prior_energy_J;
         if (!(prior_(j, j) > 0))
             fail(
                 "surface registration: column {} of the force basis moves nothing, expected free "
@@ -78,14 +104,22 @@ SurfaceRegistration::SurfaceRegistration(DeformableBody& body, std::span<const V
                 j, basis_.column(static_cast<std::size_t>(j)).nodes.size());
     }
     prior_ = (prior_ + prior_.transpose()).eval() / 2;
+    if (!seeks_pose()) return;
+    prior_.diagonal().segment<3>(n).setConstant(1 / (options.pose_error_m * options.pose_error_m));
+    prior_.diagonal().tail<3>().setConstant(1 / (options.pose_error_rad * options.pose_error_rad));
+}
+
+PointPose SurfaceRegistration::pose_at(const Eigen::VectorXd& q) const {
+    if (!seeks_pose()) return {};
+    return {centre_, q.segment<3>(forces_count()), q.tail<3>()};
 }
 
 void SurfaceRegistration::find_responses() {
-    responses_.resize(3 * std::ssize(rest_), p_.size());
+    responses_.resize(3 * std::ssize(rest_), forces_count());
     std::vector<Vector3> x;
-    for (Eigen::Index j = 0; j < p_.size(); ++j) {
+    for (Eigen::Index j = 0; j < forces_count(); ++j) {
         const std::vector<Vector3> f =
-            basis_.force(Eigen::VectorXd::Unit(p_.size(), j), rest_.size());
+            basis_.force(Eigen::VectorXd::Unit(forces_count(), j), rest_.size());
         const LinearReport report = body_.response(f, options_.linear_tolerance, x);
         if (!report.converged)
             fail(
@@ -104,52 +138,128 @@ std::vector<Vector3> SurfaceRegistration::moved(double length, const Step& step)
     return u;
 }
 
-std::vector<Vector3> SurfaceRegistration::positions(std::span<const Vector3> u) const {
-    std::vector<Vector3> x = rest_;
+SurfaceRegistration::Fitted SurfaceRegistration::at(const Eigen::VectorXd& q,
+                                                    std::span<const Vector3> u,
+                                                    std::optional<double> scale) const {
+    Fitted fitted{.matches = {}, .offsets = {}, .pose = pose_at(q)};
+    std::vector<Vector3> x = rest_, c = points_;
     for (std::size_t n = 0; n < x.size(); ++n) x[n] += u[n];
-    return x;
+    for (Vector3& point : c) point = fitted.pose * point;
+    const SurfaceMisfit misfit(surface_, c);
+    fitted.matches =
+        scale ? misfit.match(x, *scale) : misfit.match_from_afar(x, options_.point_error_m);
+    fitted.value = fitted.matches.value;
+    fitted.landmark_scale =
+        options_.landmark_error_m * fitted.matches.scale / options_.point_error_m;
+    for (const Landmark& l : landmarks_) {
+        fitted.offsets.push_back(l.place.of(x) - fitted.pose * l.measured);
+        fitted.value += fitted.offsets.back().squaredNorm() /
+                        (2 * fitted.landmark_scale * fitted.landmark_scale);
+    }
+    return fitted;
 }
 
-SurfaceRegistration::Step SurfaceRegistration::next_step(const SurfaceMatches& matches) {
-    const Eigen::VectorXd gradient =
-        adjoint_gradient(body_, basis_, misfit_gradient(matches, rest_.size()),
-                         options_.linear_tolerance) +
-        prior_ * p_;
-    const Eigen::MatrixXd rows = distance_rows(matches, responses_);
-    const Eigen::MatrixXd hessian = rows.transpose() * rows + prior_;
+Eigen::MatrixXd SurfaceRegistration::rows(const Fitted& fitted) const {
+    const Eigen::Index points = std::ssize(fitted.matches.points);
+    Eigen::MatrixXd rows =
+        Eigen::MatrixXd::Zero(points + 3 * std::ssize(fitted.offsets), q_.size());
+    for (Eigen::Index i = 0; i < points; ++i) {
+        const SurfaceMatch& m = fitted.matches.points[static_cast<std::size_t>(i)];
+        const double factor = std::sqrt(m.confidence) / fitted.matches.scale;
+        for (int k = 0; k < 3; ++k)
+            rows.row(i).head(forces_count()) += factor * m.weights[k] * m.direction.transpose() *
+                                                responses_.middleRows<3>(3 * m.nodes[k]);
+        if (seeks_pose())
+            rows.row(i).tail<pose_size>() =
+                -factor * m.direction.transpose() *
+                fitted.pose.derivative(points_[static_cast<std::size_t>(i)]);
+    }
+    for (std::size_t l = 0; l < landmarks_.size(); ++l) {
+        auto block = rows.middleRows<3>(points + 3 * static_cast<Eigen::Index>(l));
+        block.leftCols(forces_count()) =
+            landmarks_[l].place.rows_of(responses_) / fitted.landmark_scale;
+        if (seeks_pose())
+            block.rightCols<pose_size>() =
+                -fitted.pose.derivative(landmarks_[l].measured) / fitted.landmark_scale;
+    }
+    return rows;
+}
+
+namespace {
+
+/// d J / d m of the misfits: the same sum as rows^T r, without the responses.
+Eigen::Matrix<double, pose_size, 1> pose_gradient(const SurfaceMatches& matches,
+                                                  std::span<const Vector3> points,
+                                                  std::span<const Landmark> landmarks,
+                                                  std::span<const Vector3> offsets,
+                                                  const PointPose& pose, double landmark_scale) {
+    Eigen::Matrix<double, pose_size, 1> gradient = Eigen::Matrix<double, pose_size, 1>::Zero();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const SurfaceMatch& m = matches.points[i];
+        gradient += m.confidence * m.distance / (matches.scale * matches.scale) *
+                    pose.derivative(points[i]).transpose() * m.direction;
+    }
+    for (std::size_t l = 0; l < landmarks.size(); ++l)
+        gradient -= pose.derivative(landmarks[l].measured).transpose() * offsets[l] /
+                    (landmark_scale * landmark_scale);
+    return gradient;
+}
+
+}  // namespace
+
+SurfaceRegistration::Step SurfaceRegistration::next_step(const Fitted& fitted) {
+    const double l2 = fitted.landmark_scale * fitted.landmark_scale;
+    std::vector<Vector3> by_u = misfit_gradient(fitted.matches, rest_.size());
+    for (std::size_t l = 0; l < landmarks_.size(); ++l) {
+        const BodyPlace& place = landmarks_[l].place;
+        for (std::size_t k = 0; k < place.nodes.size(); ++k)
+            by_u[place.nodes[k]] += place.weights[k] / l2 * fitted.offsets[l];
+    }
+    Eigen::VectorXd gradient = prior_ * q_;
+    gradient.head(forces_count()) +=
+        adjoint_gradient(body_, basis_, by_u, options_.linear_tolerance);
+    if (seeks_pose())
+        gradient.tail<pose_size>() +=
+            pose_gradient(fitted.matches, points_, landmarks_, fitted.offsets, fitted.pose,
+                          fitted.landmark_scale);
+    const Eigen::MatrixXd g = rows(fitted);
+    const Eigen::MatrixXd hessian = g.transpose() * g + prior_;
     Step step;
-    step.dp = -hessian.ldlt().solve(gradient);
-    step.du = responses_ * step.dp;
+    step.dq = -hessian.ldlt().solve(gradient);
+    step.du = responses_ * step.dq.head(forces_count());
     for (Eigen::Index n = 0; n < step.du.size(); n += 3)
         step.size = std::max(step.size, step.du.segment<3>(n).norm());
+    if (seeks_pose())
+        for (const Vector3& c : points_)
+            step.size =
+                std::max(step.size, (fitted.pose.derivative(c) * step.dq.tail<pose_size>()).norm());
     step.gradient = gradient.norm();
-    step.slope = gradient.dot(step.dp);
+    step.slope = gradient.dot(step.dq);
     return step;
 }
 
-bool SurfaceRegistration::take(const SurfaceMisfit& misfit, const SurfaceMatches& before,
-                               Step& step, SurfaceRegistrationReport& report) {
+bool SurfaceRegistration::take(const Fitted& before, Step& step,
+                               SurfaceRegistrationReport& report) {
     constexpr int max_halvings = 5;
     constexpr double max_share = 0.04;         // of the diagonal: beyond, tets invert
     constexpr double usable_imbalance = 0.02;  // of a forward solve that was not done
-    const double old = before.value + prior(p_);
+    const double old = before.value + prior(q_);
     body_.keep_state();  // with its pressures, which set_displacement drops
     step.taken = std::min(1.0, max_share * diagonal_ / step.size);
     for (int h = 0; h <= max_halvings; ++h, step.taken /= 2) {
-        const Eigen::VectorXd p = p_ + step.taken * step.dp;
-        body_.set_external_force(basis_.force(p, rest_.size()));
+        const Eigen::VectorXd q = q_ + step.taken * step.dq;
+        body_.set_external_force(basis_.force(q.head(forces_count()), rest_.size()));
         body_.set_displacement(moved(step.taken, step));
         const StepReport solve =
             body_.solve(0, {.max_newton = 6, .tolerance = options_.equilibrium_tolerance});
         report.newton_iterations += solve.newton_iterations;
         if (!solve.converged && !(solve.imbalance < usable_imbalance)) continue;
         std::vector<Vector3> u = body_.displacement();
-        const SurfaceMatches after = misfit.match(positions(u), before.scale);
-        const double now = after.value + prior(p);
+        const double now = at(q, u, before.matches.scale).value + prior(q);
         if (!(now < old)) continue;
         const double predicted = -step.slope * step.taken * (1 - step.taken / 2);
         step.fell_short = old - now < predicted / 2 || solve.newton_iterations > 1;
-        p_ = p;
+        q_ = q;
         u_ = std::move(u);
         is_fresh_ = false;
         return true;
@@ -159,8 +269,8 @@ bool SurfaceRegistration::take(const SurfaceMisfit& misfit, const SurfaceMatches
     return false;
 }
 
-void SurfaceRegistration::check_distance(const SurfaceMatches& start) const {
-    const double median = start.scale / 1.5;  // where that is more than the error
+void SurfaceRegistration::check_distance(const Fitted& start) const {
+    const double median = start.matches.scale / 1.5;  // where that is more than the error
     if (median > diagonal_ / 2)
         fail(
             "surface points: found a median distance of {:.0f} mm from the surface, expected less "
@@ -168,37 +278,67 @@ void SurfaceRegistration::check_distance(const SurfaceMatches& start) const {
             1e3 * median, 1e3 * diagonal_ / 2);
 }
 
-SurfaceRegistrationReport SurfaceRegistration::fit(std::span<const Vector3> points) {
+void SurfaceRegistration::finish(const Fitted& fitted, SurfaceRegistrationReport& report) const {
+    const SurfaceMatches& matches = fitted.matches;
+    report.rms_m = matches.rms;
+    report.scale_m = matches.scale;
+    report.outliers = static_cast<std::size_t>(
+        std::count_if(matches.points.begin(), matches.points.end(),
+                      [](const SurfaceMatch& m) { return m.confidence < 0.25; }));
+    std::vector<double> distances;
+    for (const SurfaceMatch& m : matches.points) distances.push_back(std::abs(m.distance));
+    const auto middle = distances.begin() + std::ssize(distances) / 2;
+    std::nth_element(distances.begin(), middle, distances.end());
+    report.median_m = *middle;
+    double squares = 0;
+    for (const Vector3& offset : fitted.offsets) {
+        report.landmarks_m.push_back(offset.norm());
+        squares += offset.squaredNorm() / static_cast<double>(fitted.offsets.size());
+    }
+    report.landmark_rms_m = std::sqrt(squares);
+    report.total_force_N = basis_.total(coefficients());
+}
+
+SurfaceRegistrationReport SurfaceRegistration::fit(std::span<const Vector3> points,
+                                                   std::span<const Landmark> landmarks) {
     constexpr Eigen::Index few_columns = 30;  // as cheap as two Newton iterations
-    const SurfaceMisfit misfit(surface_, points);
+    points_.assign(points.begin(), points.end());
+    landmarks_.assign(landmarks.begin(), landmarks.end());
+    if (!has_centre_) {  // the pose's coordinates keep their meaning from frame to frame
+        for (const Vector3& c : points_) centre_ += c / static_cast<double>(points_.size());
+        has_centre_ = true;
+    }
     SurfaceRegistrationReport report;
     bool renew = false;
-    const auto match = [&] {
-        return misfit.match_from_afar(positions(u_), options_.point_error_m);
-    };
-    SurfaceMatches matches = match();
-    check_distance(matches);
-    report.rms_before_m = matches.rms;
+    Fitted fitted = at(q_, u_, {});
+    check_distance(fitted);
+    report.rms_before_m = fitted.matches.rms;
     report.reason = "the iterations allowed are used up";
     while (report.iterations < options_.max_iterations) {
         body_.linearise();
-        if (renew || p_.size() <= few_columns) {
+        if (renew || forces_count() <= few_columns) {
             find_responses();
             ++report.renewals;
         }
-        Step step = next_step(matches);
+        Step step = next_step(fitted);
         ++report.iterations;
         report.gradient = step.gradient;
-        const bool took = take(misfit, matches, step, report);
+        const bool took = take(fitted, step, report);
         if (took) {
-            const double scale = matches.scale;
-            matches = match();
+            const double scale = fitted.matches.scale;
+            fitted = at(q_, u_, {});
             // A cut step is no sign of an optimum. While s falls, J is another function at each
             // iterate.
-            report.converged = step.size < options_.tolerance_m && matches.scale > 0.9 * scale;
+            report.converged =
+                step.size < options_.tolerance_m && fitted.matches.scale > 0.9 * scale;
         } else {
             report.converged = is_fresh_ && step.size < options_.tolerance_m;
         }
+        if (options_.progress)
+            options_.progress(
+                static_cast<double>(report.iterations) / options_.max_iterations,
+                fmt::format("iteration {}: {:.2f} mm RMS, last step {:.2f} mm", report.iterations,
+                            1e3 * fitted.matches.rms, 1e3 * step.taken * step.size));
         if (report.converged) {
             report.reason = "no node moves farther than the tolerance";
             break;
@@ -209,13 +349,38 @@ SurfaceRegistrationReport SurfaceRegistration::fit(std::span<const Vector3> poin
         }
         renew = !took || step.taken < 1 || step.fell_short;
     }
-    report.rms_m = matches.rms;
-    report.scale_m = matches.scale;
-    report.outliers = static_cast<std::size_t>(
-        std::count_if(matches.points.begin(), matches.points.end(),
-                      [](const SurfaceMatch& m) { return m.confidence < 0.25; }));
-    report.total_force_N = basis_.total(p_);
+    finish(fitted, report);
     return report;
+}
+
+SurfacePosterior SurfaceRegistration::posterior() {
+    if (points_.empty()) fail("surface registration: found no fit, expected one before posterior");
+    body_.linearise();
+    find_responses();
+    const Eigen::MatrixXd g = rows(at(q_, u_, {}));
+    SurfacePosterior posterior;
+    posterior.covariance = inverse_of(g.transpose() * g + prior_);
+    const Eigen::MatrixXd alone = inverse_of(prior_);
+    const Eigen::Index n = forces_count();
+    posterior.force_ratio =
+        (posterior.covariance.diagonal().head(n).array() / alone.diagonal().head(n).array()).sqrt();
+    posterior.direction_ratio =
+        spread_ratios(posterior.covariance.topLeftCorner(n, n), alone.topLeftCorner(n, n));
+    if (seeks_pose())
+        posterior.pose_ratio =
+            spread_ratios(posterior.covariance.bottomRightCorner<pose_size, pose_size>(),
+                          alone.bottomRightCorner<pose_size, pose_size>());
+    return posterior;
+}
+
+Eigen::MatrixXd SurfaceRegistration::place_rows(const BodyPlace& place) const {
+    Eigen::MatrixXd rows(3, q_.size());
+    rows.leftCols(forces_count()) = place.rows_of(responses_);
+    if (!seeks_pose()) return rows;
+    const PointPose t = pose();
+    const Vector3 c = t.inverse(place.of(rest_) + place.of(u_));
+    rows.rightCols<pose_size>() = -t.derivative(c);
+    return rows;
 }
 
 }  // namespace livetet

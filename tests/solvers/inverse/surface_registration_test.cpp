@@ -138,5 +138,104 @@ TEST_F(SurfaceRegistrationTest, RefusesForcesThatMoveNothingAndBadOptions) {
         Error);
 }
 
+/// Of the same block: points of its whole free surface, seen from a frame that is turned and moved.
+class SurfaceRegistrationPoseTest : public SurfaceRegistrationTest {
+  protected:
+    std::vector<Vector3> points_all_over(const std::vector<Vector3>& x) const {
+        std::vector<Vector3> points;
+        for (const Triangle& t : block.surface)
+            if (rest()[t[0]].z() + rest()[t[1]].z() + rest()[t[2]].z() > 1e-9)
+                points.push_back((x[t[0]] + x[t[1]] + x[t[2]]) / 3);
+        return points;
+    }
+    const PointPose moved{Vector3(0.04, 0.04, 0.02), Vector3(0.003, -0.002, 0.001),
+                          Vector3(0.02, -0.03, 0.02)};
+    const SurfaceRegistrationOptions with_pose{
+        .tolerance_m = 0.0001, .pose_error_m = 0.005, .pose_error_rad = 0.05};
+};
+
+TEST_F(SurfaceRegistrationPoseTest, FindsTheRigidMotionWithTheForces) {
+    const std::vector<Vector3> x = truth(pull);
+    std::vector<Vector3> points = points_all_over(x);
+    for (Vector3& c : points) c = moved.inverse(c);
+    SurfaceRegistration registration(block.body, rest(), block.surface, uniform, with_pose);
+    const SurfaceRegistrationReport report = registration.fit(points);
+    EXPECT_TRUE(report.converged) << report.reason;
+    EXPECT_LT(rms_error(registration, x), 0.0002);
+    EXPECT_LT((report.total_force_N - pull).norm(), 0.04 * pull.norm());
+    for (std::size_t i = 0; i < points.size(); i += 7)
+        EXPECT_LT((registration.pose() * points[i] - moved * points[i]).norm(), 0.0003);
+
+    SurfaceRegistration fixed(block.body, rest(), block.surface, uniform, {});
+    (void)fixed.fit(points);
+    EXPECT_GT(rms_error(fixed, x), 2 * rms_error(registration, x));
+}
+
+TEST_F(SurfaceRegistrationPoseTest, LandmarksPullTheirPlacesToWhereTheyAre) {
+    const std::vector<Vector3> x = truth(pull);
+    const std::vector<BodyPlace> places = places_in(
+        block.mesh(), std::vector<Vector3>{rest()[block.zone.front()], Vector3(0.04, 0.04, 0.03)});
+    std::vector<Landmark> landmarks;
+    for (const BodyPlace& place : places) landmarks.push_back({place, place.of(x)});
+    const auto top =
+        test::nodes_where(block.mesh(), [](const Vector3& r) { return r.z() > 0.0399; });
+    const auto error_with = [&](std::span<const Landmark> given) {
+        SurfaceRegistration registration(block.body, rest(), block.surface,
+                                         smooth_forces(rest(), top, 16),
+                                         {.landmark_error_m = 0.0005});
+        const SurfaceRegistrationReport report = registration.fit(block.points_on_top(x, 0), given);
+        EXPECT_TRUE(report.converged) << report.reason;
+        EXPECT_LT(report.rms_m, 0.0005);
+        double squares = 0;
+        for (const BodyPlace& place : places)
+            squares += (place.of(rest()) + place.of(registration.displacement()) - place.of(x))
+                           .squaredNorm();
+        const double error = std::sqrt(squares / 2);
+        if (!given.empty()) EXPECT_NEAR(report.landmark_rms_m, error, 1e-9);
+        return error;
+    };
+    const double without = error_with({});
+    EXPECT_LT(error_with(landmarks), 0.7 * without);
+}
+
+/// One linear problem of one force: the posterior is a number that can be written down.
+TEST_F(SurfaceRegistrationPoseTest, PosteriorOfALinearBodyIsThatOfLeastSquares) {
+    test::PulledBlock linear("linear");
+    SurfaceRegistration registration(linear.body, rest(), linear.surface, uniform,
+                                     {.point_error_m = 0.001, .tolerance_m = 0.001});
+    const std::vector<Vector3> points = block.points_on_top(rest(), 0);
+    ASSERT_TRUE(registration.fit(points).converged);
+    const SurfacePosterior posterior = registration.posterior();
+    ASSERT_EQ(posterior.covariance.rows(), 3);
+    EXPECT_EQ(posterior.pose_ratio.size(), 0);
+    // The same by finite differences of the displacement that a force of 1 N makes.
+    Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+    std::vector<std::vector<Vector3>> u;
+    for (int j = 0; j < 3; ++j) {
+        u.push_back(linear.equilibrium(uniform, Eigen::Vector3d::Unit(j)));
+        for (std::size_t n = 0; n < rest().size(); ++n) u[j][n] -= rest()[n];
+    }
+    const SurfaceMatches matches = SurfaceMisfit(linear.surface, points).match(rest(), 0.001);
+    for (const SurfaceMatch& m : matches.points) {
+        Eigen::Vector3d row = Eigen::Vector3d::Zero();
+        for (int j = 0; j < 3; ++j)
+            for (int k = 0; k < 3; ++k)
+                row[j] += m.weights[k] * m.direction.dot(u[j][m.nodes[k]]) / 0.001;
+        information += row * row.transpose();
+    }
+    for (int j = 0; j < 3; ++j)
+        for (int k = 0; k < 3; ++k) information(j, k) += uniform.project(u[k])[j] / 1e-3;  // R / E0
+    const Eigen::Matrix3d expected = information.inverse();
+    EXPECT_LT((posterior.covariance - expected).norm(), 1e-3 * expected.norm());
+    // A flat face says more of forces across it than of those along it.
+    EXPECT_LT(posterior.force_ratio[2], 0.5);
+    EXPECT_GT(posterior.force_ratio[0], 1.5 * posterior.force_ratio[2]);
+
+    const BodyPlace place = places_in(linear.mesh(), std::vector{Vector3(0.04, 0.04, 0.03)})[0];
+    const Eigen::MatrixXd rows = registration.place_rows(place);
+    for (int j = 0; j < 3; ++j)
+        EXPECT_LT((rows.col(j) - place.of(u[j])).norm(), 1e-3 * place.of(u[j]).norm());
+}
+
 }  // namespace
 }  // namespace livetet
