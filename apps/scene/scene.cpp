@@ -62,6 +62,17 @@ void resolve_paths(Scene& scene, const std::filesystem::path& folder) {
         if (d.mask) resolve(*d.mask);
     for (auto& l : scene.loads)
         if (l.mask) resolve(*l.mask);
+    const auto resolve_targets = [&](std::vector<TargetOptions>& targets) {
+        for (TargetOptions& target : targets) {
+            resolve(target.points);
+            if (target.mask) resolve(*target.mask);
+        }
+    };
+    if (scene.deform) {
+        for (ForceZoneOptions& zone : scene.deform->forces)
+            if (zone.mask) resolve(*zone.mask);
+        resolve_targets(scene.deform->targets);
+    }
     if (scene.track) {
         if (scene.track->source.find("://") == std::string::npos) {
             std::filesystem::path source = scene.track->source;
@@ -70,10 +81,7 @@ void resolve_paths(Scene& scene, const std::filesystem::path& folder) {
         }
         resolve(scene.track->registration);
         for (ToolOptions& tool : scene.track->tools) resolve(tool.tip);
-        for (TargetOptions& target : scene.track->targets) {
-            resolve(target.points);
-            if (target.mask) resolve(*target.mask);
-        }
+        resolve_targets(scene.track->targets);
     }
     if (scene.probes) {
         resolve(scene.probes->points);
@@ -96,6 +104,7 @@ void finish_scene(Scene& scene, const KeyPlaces& places, const std::filesystem::
             scene.time.beta, scene.time.gamma / 2, places("time.beta"));
     check_selections(scene, places);
     if (scene.track) check_track(*scene.track, places);
+    if (scene.deform) check_deform(*scene.deform, places);
     if (scene.probes && scene.probes->points.empty())
         fail("probes.points is missing, expected a CSV of points ({})", places("probes"));
     resolve_paths(scene, folder);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/scene/deform_options.hpp"
 #include "apps/scene/mesh_options.hpp"
 #include "apps/scene/selection_options.hpp"
 #include "apps/scene/track_options.hpp"
@@ -75,6 +76,7 @@ struct Scene {
     std::vector<LoadOptions> loads;
     SolverOptions solver;
     std::optional<TrackOptions> track;
+    std::optional<DeformOptions> deform;
     std::optional<ProbeOptions> probes;
     OutputOptions output;
 };
@@ -196,6 +198,8 @@ void visit_fields(Visitor& v, Scene& s) {
     v.list("loads", s.loads, "forces");
     v.group("solver", s.solver, "how the equations are solved");
     v.group("track", s.track, "`livetet track`: the tracker and what it moves");
+    v.group("deform", s.deform,
+            "`livetet register --deform`: the forces that are sought from points of the surface");
     v.group("probes", s.probes,
             "points whose displacements are written: by `solve` those at the end, by `track` those "
             "of each kept frame");

@@ -23,11 +23,19 @@ std::set<std::filesystem::path> mesh_files(const Scene& scene) {
 std::set<std::filesystem::path> read_files(const Scene& scene) {
     std::set<std::filesystem::path> files = mesh_files(scene);
     files.insert(scene.image);
+    const auto add_targets = [&](const std::vector<TargetOptions>& targets) {
+        for (const TargetOptions& target : targets)
+            files.insert(target.mask.value_or(target.points));
+    };
+    if (scene.deform) {
+        for (const ForceZoneOptions& zone : scene.deform->forces)
+            if (zone.mask) files.insert(*zone.mask);
+        add_targets(scene.deform->targets);
+    }
     if (scene.track) {
         files.insert({scene.track->source, scene.track->registration});
         for (const ToolOptions& tool : scene.track->tools) files.insert(tool.tip);
-        for (const TargetOptions& target : scene.track->targets)
-            files.insert(target.mask.value_or(target.points));
+        add_targets(scene.track->targets);
     }
     if (scene.probes) files.insert(scene.probes->points);
     return files;

@@ -37,7 +37,7 @@ std::vector<Vector3> surface_places(const TetMesh& mesh) {
 
 namespace {
 
-void check_inside(const std::vector<Target>& targets, const TetMesh& mesh) {
+void check_inside(const std::vector<Target>& targets, std::string_view list, const TetMesh& mesh) {
     constexpr double farthest = 1e-3;
     std::vector<Vector3> places;
     for (const Target& t : targets) places.push_back(t.places.front());
@@ -45,33 +45,47 @@ void check_inside(const std::vector<Target>& targets, const TetMesh& mesh) {
     for (std::size_t i = 0; i < targets.size(); ++i)
         if (map.distance[i] > farthest)
             fail(
-                "track.targets: {} at ({:.1f}, {:.1f}, {:.1f}) mm is {:.1f} mm outside the mesh, "
+                "{}: {} at ({:.1f}, {:.1f}, {:.1f}) mm is {:.1f} mm outside the mesh, "
                 "expected a place in the organ",
-                targets[i].name, 1e3 * places[i].x(), 1e3 * places[i].y(), 1e3 * places[i].z(),
-                1e3 * map.distance[i]);
+                list, targets[i].name, 1e3 * places[i].x(), 1e3 * places[i].y(),
+                1e3 * places[i].z(), 1e3 * map.distance[i]);
 }
 
 }  // namespace
 
 std::vector<Target> read_targets(const Scene& scene, const TetMesh& mesh) {
+    return read_targets(scene.track->targets, "track.targets", mesh);
+}
+
+std::vector<Target> read_targets(std::span<const TargetOptions> options, std::string_view list,
+                                 const TetMesh& mesh) {
     std::vector<Target> targets;
     const auto add = [&](const std::string& name, std::vector<Vector3> places) {
         if (std::ranges::find(targets, name, &Target::name) != targets.end())
-            fail("track.targets: two targets are called {}, expected names that differ", name);
+            fail("{}: two targets are called {}, expected names that differ", list, name);
         targets.push_back({name, std::move(places)});
     };
-    for (std::size_t i = 0; i < scene.track->targets.size(); ++i) {
-        const TargetOptions& t = scene.track->targets[i];
+    for (std::size_t i = 0; i < options.size(); ++i) {
+        const TargetOptions& t = options[i];
         if (t.point_mm)
             add(t.name, {*t.point_mm / 1e3});
         else if (!t.points.empty())
             for (const NamedPoint& p : read_points_csv(t.points)) add(p.name, {p.position});
         else
-            add(t.name,
-                spread_places(mesh, select_nodes(mesh, t, fmt::format("track.targets[{}]", i)),
-                              max_places_of_region));
+            add(t.name, spread_places(mesh, select_nodes(mesh, t, fmt::format("{}[{}]", list, i)),
+                                      max_places_of_region));
     }
-    if (!targets.empty()) check_inside(targets, mesh);
+    if (!targets.empty()) check_inside(targets, list, mesh);
+    return targets;
+}
+
+std::vector<Target> all_targets(const Scene& scene, const TetMesh& mesh) {
+    std::vector<Target> targets;
+    if (scene.track) targets = read_targets(scene, mesh);
+    if (!scene.deform) return targets;
+    for (Target& t : read_targets(scene.deform->targets, "deform.targets", mesh))
+        if (std::ranges::find(targets, t.name, &Target::name) == targets.end())
+            targets.push_back(std::move(t));
     return targets;
 }
 

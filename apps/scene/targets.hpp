@@ -1,6 +1,8 @@
 #pragma once
 
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "apps/scene/scene.hpp"
@@ -32,5 +34,13 @@ std::vector<Vector3> surface_places(const TetMesh& mesh);
 /// selection has no nodes, two targets have one name, or a point is more than 1 mm outside the
 /// mesh.
 std::vector<Target> read_targets(const Scene& scene, const TetMesh& mesh);
+
+/// The same of another list of targets, whose key is `list`.
+std::vector<Target> read_targets(std::span<const TargetOptions> options, std::string_view list,
+                                 const TetMesh& mesh);
+
+/// All targets of a scene, of whatever command: those of `track.targets`, then those of
+/// `deform.targets` that have other names.
+std::vector<Target> all_targets(const Scene& scene, const TetMesh& mesh);
 
 }  // namespace livetet

@@ -23,14 +23,12 @@ std::optional<double> seconds_of(const std::string& text) {
     return unit == "ms" ? number / 1e3 : number;
 }
 
-namespace {
-
-/// Each target by one of point, points and a selection, and with a name unless the points have.
-void check_targets(const TrackOptions& track, const KeyPlaces& places) {
+void check_targets(std::span<const TargetOptions> targets, std::string_view list,
+                   const KeyPlaces& places) {
     std::vector<std::string> names;
-    for (std::size_t i = 0; i < track.targets.size(); ++i) {
-        const TargetOptions& t = track.targets[i];
-        const std::string key = fmt::format("track.targets[{}]", i);
+    for (std::size_t i = 0; i < targets.size(); ++i) {
+        const TargetOptions& t = targets[i];
+        const std::string key = fmt::format("{}[{}]", list, i);
         const int given = t.point_mm.has_value() + !t.points.empty() + (selections_in(t) > 0);
         if (given != 1)
             fail("{} names {} of point_mm, points and a selection of nodes, expected one ({})", key,
@@ -49,6 +47,8 @@ void check_targets(const TrackOptions& track, const KeyPlaces& places) {
         names.push_back(t.name);
     }
 }
+
+namespace {
 
 /// Whether the poses in use can be extrapolated as `ahead_ms` and `display_ms` say.
 void check_ahead(const TrackOptions& track, const KeyPlaces& places) {
@@ -107,7 +107,7 @@ void check_track(const TrackOptions& track, const KeyPlaces& places) {
             fail("{} = {} mm must be less than patch_radius_mm = {} mm ({})", key,
                  *sensor.patch_spread_mm, sensor.patch_radius_mm, places(key));
     }
-    check_targets(track, places);
+    check_targets(track.targets, "track.targets", places);
 }
 
 }  // namespace livetet

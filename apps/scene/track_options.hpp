@@ -4,7 +4,9 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "apps/scene/selection_options.hpp"
@@ -207,6 +209,11 @@ void visit_fields(Visitor& v, TrackOptions& t) {
     v.group("publish", t.publish,
             "OpenIGTLink server, to which 3D Slicer can connect to show the deforming organ");
 }
+
+/// Checks a list of targets: each by one of point, points and a selection, and with a name unless
+/// the points have. `list`: its key. Throws Error with the place of a key.
+void check_targets(std::span<const TargetOptions> targets, std::string_view list,
+                   const KeyPlaces& places);
 
 /// Checks keys of a track section against each other. Throws Error with the place of a key.
 void check_track(const TrackOptions& track, const KeyPlaces& places);

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <vector>
+
+#include "apps/scene/selection_options.hpp"
+#include "apps/scene/track_options.hpp"
+#include "config/fields.hpp"
+
+namespace livetet {
+
+class KeyPlaces;
+
+/// How forces vary over a zone of the boundary.
+enum class ForcePattern { uniform, smooth };
+
+/// A part of the boundary on which unknown forces act.
+struct ForceZoneOptions : SelectionOptions {
+    ForcePattern pattern = ForcePattern::smooth;
+    int centres = 8;
+};
+
+/// What is sought of the frame that the points are given in.
+enum class PointFrame { fixed, refined, surface };
+
+/// How `livetet register --deform` finds forces and displacement from points of the surface.
+struct DeformOptions {
+    std::vector<ForceZoneOptions> forces;
+    double point_error_mm = 1;
+    double landmark_error_mm = 2;
+    double energy_mJ = 1;
+    PointFrame frame = PointFrame::refined;
+    double frame_error_mm = 3;
+    double frame_error_deg = 2;
+    double tolerance_mm = 0.5;
+    int max_iterations = 40;
+    std::vector<TargetOptions> targets;
+};
+
+template <class Visitor>
+void visit_fields(Visitor& v, ForceZoneOptions& z) {
+    v.choice("pattern", z.pattern, "how the forces vary over the zone",
+             {{ForcePattern::uniform, "uniform",
+               "the same force at each node: three unknowns, for a zone that is pulled or pushed "
+               "as a whole"},
+              {ForcePattern::smooth, "smooth",
+               "about `centres` places that are spread over the zone: three unknowns each"}});
+    v.field("centres", z.centres, "", "smooth: number of those places", within<int>({1, 100}));
+    visit_selection(v, z);
+}
+
+template <class Visitor>
+void visit_fields(Visitor& v, DeformOptions& d) {
+    v.list(
+        "forces", d.forces,
+        "the parts of the surface on which forces may act that deform the organ; none: on all "
+        "of it, smooth, with 20 centres. Nodes inside, and those that `fix` holds, are left out");
+    v.field("point_error_mm", d.point_error_mm, "mm",
+            "error of a surface point along the normal, of the model's surface, too: one standard "
+            "deviation",
+            within({0.01, 20}));
+    v.field("landmark_error_mm", d.landmark_error_mm, "mm",
+            "error of a landmark along each axis, one standard deviation", within({0.01, 50}));
+    v.field("energy_mJ", d.energy_mJ, "mJ",
+            "elastic energy of forces that need no reason in the points: smaller is stiffer",
+            greater_than<0>());
+    v.choice("frame", d.frame, "what is sought of the frame of the points",
+             {{PointFrame::fixed, "fixed", "nothing: it is the mesh's"},
+              {PointFrame::refined, "refined",
+               "a rigid motion about where the points are given, within frame_error_mm and "
+               "frame_error_deg, together with the deformation"},
+              {PointFrame::surface, "surface",
+               "the same about where the points fit the surface at rest best: for a frame that is "
+               "known only roughly"}});
+    v.field("frame_error_mm", d.frame_error_mm, "mm",
+            "what the centre of the points may be off by along each axis, one standard deviation",
+            within({0.01, 200}));
+    v.field("frame_error_deg", d.frame_error_deg, "degrees",
+            "what the points may be turned by about each axis, one standard deviation",
+            within({0.01, 45}));
+    v.field("tolerance_mm", d.tolerance_mm, "mm",
+            "ends when no node and no point moves farther in an iteration", within({0.001, 10}));
+    v.field("max_iterations", d.max_iterations, "", "Gauss-Newton iterations at most",
+            within<int>({1, 1000}));
+    v.list("targets", d.targets,
+           "where the error of the result is stated: each by point_mm, points, or a selection of "
+           "nodes (of a region, the worst place counts); none: those of track.targets");
+}
+
+/// Checks keys of a deform section against each other. Throws Error with the place of a key.
+void check_deform(const DeformOptions& deform, const KeyPlaces& places);
+
+}  // namespace livetet
