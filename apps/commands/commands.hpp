@@ -17,7 +17,7 @@ struct ExitStatus {
 void add_mesh_command(CLI::App& app);
 void add_calibrate_command(CLI::App& app);
 void add_fiducials_command(CLI::App& app, ExitStatus& status);
-void add_register_command(CLI::App& app);
+void add_register_command(CLI::App& app, ExitStatus& status);
 void add_scene_command(CLI::App& app);
 void add_reference_command(CLI::App& app);
 void add_explain_command(CLI::App& app);

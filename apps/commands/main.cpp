@@ -145,7 +145,7 @@ void add_commands(CLI::App& app, livetet::ExitStatus& status) {
     add_mesh_command(app);
     add_calibrate_command(app);
     add_fiducials_command(app, status);
-    add_register_command(app);
+    add_register_command(app, status);
     add_track_command(app, status);
     add_record_command(app);
     add_serve_command(app);

@@ -23,7 +23,7 @@ std::vector<MovedTarget> moved_targets(const std::filesystem::path& result) {
     const TetMesh mesh = reader.mesh();
     const std::vector<Vector3> displacement = reader.displacement(0);
     std::vector<MovedTarget> moved;
-    for (const Target& target : read_targets(read_yaml<Scene>(reader.scene_text(), source), mesh)) {
+    for (const Target& target : all_targets(read_yaml<Scene>(reader.scene_text(), source), mesh)) {
         const auto name = std::ranges::find(statements.names(), target.name);
         if (name == statements.names().end()) continue;
         const auto then = static_cast<std::size_t>(name - statements.names().begin());

@@ -10,6 +10,7 @@
 
 #include "apps/commands/commands.hpp"
 #include "apps/commands/read_until_signal.hpp"
+#include "apps/commands/register_deform.hpp"
 #include "apps/live/expected_error.hpp"
 #include "apps/live/registration_input.hpp"
 #include "apps/live/tracker_source.hpp"
@@ -236,6 +237,11 @@ void fit_surface(const RegisterArguments& a, FiducialRegistration& r) {
 }
 
 void register_fiducials(const RegisterArguments& a) {
+    if (a.tracker.empty() || a.image.empty())
+        fail("{} is missing, expected --tracker and --image with fiducials, or --deform SCENE",
+             a.tracker.empty() ? "--tracker" : "--image");
+    if (!a.landmarks.empty() || !a.registration.empty() || !a.json.empty())
+        fail("--landmarks, --registration and --json go with --deform SCENE");
     if (a.surface.empty() && !(a.surface_points.empty() && a.surface_frames.empty()))
         fail("--surface-points and --surface-frames lie on the organ, expected --surface FILE too");
     const std::string& touched = a.surface_points.empty() ? a.tracker : a.surface_points;
@@ -309,23 +315,37 @@ void add_surface_options(CLI::App* command, const std::shared_ptr<RegisterArgume
         ->default_str("ras");
 }
 
+void add_deform_options(CLI::App* command, const std::shared_ptr<RegisterArguments>& a) {
+    command->add_option("--deform", a->scene,
+                        "a scene (YAML) with the organ's mesh, material, fixed nodes and section "
+                        "`deform`: finds the forces and the displacement that bring its surface "
+                        "to --surface-points, and writes them as `livetet solve` does");
+    command->add_option("--landmarks", a->landmarks,
+                        "--deform: named landmarks of the deformed organ, in the frame of the "
+                        "surface points (.csv, .mrk.json, .fcsv); --image has them at rest");
+    command->add_option("--registration", a->registration,
+                        "--deform: the registration of the frame that the points are in, from "
+                        "`livetet register`; none: they are in the image's frame. -o writes it "
+                        "with the rigid motion that was found");
+    command->add_option("--json", a->json, "--deform: also write the figures to this file");
+}
+
 }  // namespace
 
-void add_register_command(CLI::App& app) {
+void add_register_command(CLI::App& app, ExitStatus& status) {
     CLI::App* command = app.add_subcommand("register",
                                            "Registers the tracker (or the reference sensor) to the "
-                                           "image by fiducials, and by the organ's surface");
+                                           "image by fiducials, and by the organ's surface; or "
+                                           "finds how the organ is deformed, by its surface");
     auto a = std::make_shared<RegisterArguments>();
-    command
-        ->add_option("--tracker", a->tracker,
-                     "fiducials in the tracker's frame (.mrk.json, .fcsv, .csv), a recording in "
-                     "which a tool rests on each in turn, or openigtlink://host:port of a tracker "
-                     "server where it does so now")
-        ->required();
-    command
-        ->add_option("--image", a->image,
-                     "the same fiducials in the image, in the same order (.mrk.json, .fcsv, .csv)")
-        ->required();
+    command->add_option(
+        "--tracker", a->tracker,
+        "fiducials in the tracker's frame (.mrk.json, .fcsv, .csv), a recording in "
+        "which a tool rests on each in turn, or openigtlink://host:port of a tracker "
+        "server where it does so now");
+    command->add_option(
+        "--image", a->image,
+        "the same fiducials in the image, in the same order (.mrk.json, .fcsv, .csv)");
     command
         ->add_option("--for", a->length_s,
                      "tracker server: recording time in seconds (default: until Ctrl-C)")
@@ -354,9 +374,15 @@ void add_register_command(CLI::App& app) {
         ->expected(3, 300);
     command->add_flag("--scale", a->scale, "also estimate a scale");
     add_surface_options(command, a);
+    add_deform_options(command, a);
     command->add_option("-o,--output", a->output,
                         "write the registration to this file (.json) for `livetet track`");
-    command->callback([a] { register_fiducials(*a); });
+    command->callback([a, &status] {
+        if (a->scene.empty())
+            register_fiducials(*a);
+        else
+            status.value = register_deforming(*a);
+    });
 }
 
 }  // namespace livetet

@@ -26,10 +26,6 @@ bool is_list(const std::filesystem::path& path) {
     return end == ".json" || end == ".fcsv" || end == ".csv";
 }
 
-std::vector<NamedPoint> read_list(const std::filesystem::path& path) {
-    return ending(path) == ".csv" ? read_points_csv(path) : read_fiducials(path);
-}
-
 /// "80:150,175:245": windows of frames, half-open.
 std::vector<FrameWindow> parse_windows(const std::string& text, const char* option) {
     std::vector<FrameWindow> windows;
@@ -172,18 +168,22 @@ void match_by_name(const RegisterArguments& a, const std::vector<NamedPoint>& to
 
 }  // namespace
 
+std::vector<NamedPoint> read_point_list(const std::filesystem::path& path) {
+    return ending(path) == ".csv" ? read_points_csv(path) : read_fiducials(path);
+}
+
 CollectedFiducials collect_fiducials(const RegisterArguments& a, const SourceReader& read) {
     CollectedFiducials fiducials;
     FiducialRegistration& r = fiducials.registration;
     r.reference_tool = a.reference;
-    const std::vector<NamedPoint> in_image = read_list(a.image);
+    const std::vector<NamedPoint> in_image = read_point_list(a.image);
     for (const NamedPoint& p : in_image)
         r.fiducials.push_back({.name = p.name, .in_image = p.position});
     set_weights(a, r);
     if (is_list(a.tracker)) {
         if (!a.reference.empty())
             fail("--reference needs a recording, {} holds points only", a.tracker);
-        const std::vector<NamedPoint> touched = read_list(a.tracker);
+        const std::vector<NamedPoint> touched = read_point_list(a.tracker);
         if (touched.size() != in_image.size()) {
             match_by_name(a, touched, r);
             return fiducials;
@@ -247,7 +247,7 @@ std::vector<Eigen::Vector3d> collect_surface_points(const RegisterArguments& a,
         if (!a.surface_frames.empty())
             fail("{}: holds points, expected a recording for --surface-frames {}", source,
                  a.surface_frames);
-        return positions_of(read_list(source));
+        return positions_of(read_point_list(source));
     }
     std::vector<FrameWindow> windows;
     if (!a.surface_frames.empty()) windows = parse_windows(a.surface_frames, "--surface-frames");

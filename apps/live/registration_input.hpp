@@ -8,6 +8,7 @@
 #include "apps/live/tracker_recorder.hpp"
 #include "io/registration_file.hpp"
 #include "io/surface_file.hpp"
+#include "tracking/fiducials.hpp"
 
 namespace livetet {
 
@@ -25,6 +26,8 @@ struct RegisterArguments {
     std::string surface_points, surface_frames;
     Space space = Space::ras;
     double surface_left_out = 0.1;
+    std::filesystem::path scene;  ///< --deform
+    std::filesystem::path landmarks, registration, json;
 };
 
 /// The fiducials in the image and in the frame of the tracker (and of the reference sensor), with
@@ -50,6 +53,9 @@ std::vector<double> weights_of(const FiducialRegistration& r);
 
 /// Pairs fiducial i of the image with the point touched as number order[i].
 void reorder_touched(CollectedFiducials& fiducials, const std::vector<std::size_t>& order);
+
+/// A list of named points: .mrk.json, .fcsv or .csv, m.
+std::vector<NamedPoint> read_point_list(const std::filesystem::path& path);
 
 /// Points touched on the organ's surface, in the frame of the registration: from a list, or the
 /// tip's positions in a recording or stream.

@@ -1,0 +1,333 @@
+#include "apps/commands/register_deform.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <optional>
+
+#include "apps/commands/read_until_signal.hpp"
+#include "apps/live/statement_record.hpp"
+#include "apps/live/tracker_source.hpp"
+#include "apps/scene/model_limits.hpp"
+#include "apps/scene/outputs.hpp"
+#include "apps/simulation/checkpoint.hpp"
+#include "apps/simulation/deforming_registration.hpp"
+#include "apps/simulation/result_fields.hpp"
+#include "apps/simulation/run_description.hpp"
+#include "base/counted.hpp"
+#include "base/error.hpp"
+#include "base/file.hpp"
+#include "base/stopwatch.hpp"
+#include "config/yaml.hpp"
+#include "solvers/parallel/petsc_session.hpp"
+
+namespace livetet {
+
+namespace {
+
+using nlohmann::json;
+
+void check_deform_arguments(const RegisterArguments& a) {
+    if (a.surface_points.empty())
+        fail("--deform {}: no points, expected --surface-points FILE", a.scene.string());
+    const std::pair<const char*, bool> idle[] = {{"--tracker", !a.tracker.empty()},
+                                                 {"--surface", !a.surface.empty()},
+                                                 {"--scale", a.scale},
+                                                 {"--any-order", a.any_order},
+                                                 {"--weight", !a.weights.empty()},
+                                                 {"--target-mm", !a.targets_mm.empty()},
+                                                 {"--reference", !a.reference.empty()}};
+    for (const auto& [name, given] : idle)
+        if (given)
+            fail(
+                "{}: has no effect with --deform, expected --registration FILE, or the scene's "
+                "section deform",
+                name);
+    if (a.landmarks.empty() != a.image.empty())
+        fail("--landmarks are of the deformed organ and --image has them at rest, expected both");
+    if (!a.output.empty() && a.registration.empty())
+        fail(
+            "-o {}: writes the registration with its rigid part renewed, expected --registration "
+            "FILE",
+            a.output.string());
+    if (!a.output.empty()) expect_ending("--output", a.output, ".json");
+}
+
+/// Landmarks that both lists name. Throws Error for a measured one that the image does not have.
+std::vector<MeasuredLandmark> matched_landmarks(const RegisterArguments& a) {
+    if (a.landmarks.empty()) return {};
+    const std::vector<NamedPoint> at_rest = read_point_list(a.image);
+    std::vector<MeasuredLandmark> matched;
+    for (const NamedPoint& p : read_point_list(a.landmarks)) {
+        const auto rest = std::ranges::find(at_rest, p.name, &NamedPoint::name);
+        if (rest == at_rest.end())
+            fail("{}: the landmark \"{}\" is not in {}, expected the same names",
+                 a.landmarks.string(), p.name, a.image.string());
+        matched.push_back({p.name, rest->position, p.position});
+    }
+    return matched;
+}
+
+/// Reads the points and maps them into the image by the registration, if there is one.
+MeasuredOrgan read_measured(RegisterArguments a,
+                            std::optional<FiducialRegistration>& registration) {
+    if (!a.registration.empty()) {
+        registration = read_registration(a.registration);
+        if (ending(a.surface_points) != ".csv" && ending(a.surface_points) != ".json" &&
+            ending(a.surface_points) != ".fcsv")
+            a.reference = registration->reference_tool;
+    }
+    MeasuredOrgan measured{a.surface_points, collect_surface_points(a, read_until_signal),
+                           matched_landmarks(a)};
+    if (!registration) return measured;
+    const auto& t = registration->image_from_base;
+    for (Vector3& c : measured.points) c = t * c;
+    for (MeasuredLandmark& l : measured.landmarks) l.measured = t * l.measured;
+    return measured;
+}
+
+FrameStatement statement_of(const DeformedOrgan& found, PointFrame frame) {
+    FrameStatement statement;
+    for (const TargetSpread& t : found.targets) {
+        TargetStatement& s = statement.targets.emplace_back();
+        s.position = t.position;
+        s.covariance = t.covariance;
+        s.radius_95 = t.radius_95;
+        s.by_source[static_cast<std::size_t>(ErrorSource::fiducials)] = t.by_pose_m2;
+    }
+    for (const ErrorSource source :
+         {ErrorSource::materials, ErrorSource::fixed, ErrorSource::elements, ErrorSource::law})
+        statement.missing.add(source);
+    if (frame == PointFrame::fixed) statement.missing.add(ErrorSource::fiducials);
+    return statement;
+}
+
+std::vector<std::string> names_of_targets(const DeformedOrgan& found) {
+    std::vector<std::string> names;
+    for (const TargetSpread& t : found.targets) names.push_back(t.name);
+    return names;
+}
+
+double turn_deg(const DeformedOrgan& found) {
+    return Eigen::AngleAxisd(found.image_from_points.rotation).angle() * 180 / std::numbers::pi;
+}
+
+/// How far the rigid motion moves the points' centre, m.
+double centre_motion(const DeformedOrgan& found, const MeasuredOrgan& measured) {
+    Vector3 centre = Vector3::Zero();
+    for (const Vector3& c : measured.points)
+        centre += c / static_cast<double>(measured.points.size());
+    return (found.image_from_points * centre - centre).norm();
+}
+
+json describe_deform(const DeformedOrgan& found, const MeasuredOrgan& measured, PointFrame frame) {
+    const SurfaceRegistrationReport& r = found.report;
+    const Eigen::Matrix3d& rotation = found.image_from_points.rotation;
+    const Vector3 shift = 1e3 * found.image_from_points.translation;
+    json matrix = json::array();
+    for (int i = 0; i < 3; ++i)
+        for (int k = 0; k < 4; ++k) matrix.push_back(k < 3 ? rotation(i, k) : shift[i]);
+    for (const double x : {0., 0., 0., 1.}) matrix.push_back(x);
+    json landmarks = json::object();
+    for (std::size_t i = 0; i < r.landmarks_m.size(); ++i)
+        landmarks[measured.landmarks[i].name] = 1e3 * r.landmarks_m[i];
+    json about{{"points", measured.points.size()},
+               {"converged", r.converged},
+               {"reason", r.reason},
+               {"iterations", r.iterations},
+               {"rms_before_mm", 1e3 * r.rms_before_m},
+               {"rigid_rms_mm", 1e3 * found.rigid_rms_m},
+               {"rms_mm", 1e3 * r.rms_m},
+               {"median_mm", 1e3 * r.median_m},
+               {"outliers", r.outliers},
+               {"landmarks_mm", landmarks},
+               {"image_from_points", matrix},
+               {"total_force_N", {r.total_force_N.x(), r.total_force_N.y(), r.total_force_N.z()}},
+               {"young_modulus", "not determined: points show displacements alone"},
+               {"first_step_s", found.first_step_s},
+               {"fit_s", found.fit_s}};
+    if (!found.is_stated) return about;
+    about["total_force_radius_95_N"] = found.total_force_radius_95_N;
+    about["directions"] = found.directions;
+    about["open_directions"] = found.open_directions;
+    about["open_forces"] = found.open_forces;
+    about["open_motions"] = found.open_motions;
+    about["statement"] = json_of(statement_of(found, frame), names_of_targets(found));
+    return about;
+}
+
+void print_open(const DeformedOrgan& found) {
+    constexpr std::size_t max_named = 4;
+    if (!found.is_stated) {
+        fmt::print("error            not stated: the fit did not converge\n");
+        return;
+    }
+    fmt::print("determined       {} of {} independent directions of the forces\n",
+               found.directions - found.open_directions, found.directions);
+    if (!found.open_forces.empty()) {
+        const std::size_t named = std::min(max_named, found.open_forces.size());
+        const std::span<const std::string> first(found.open_forces.data(), named);
+        fmt::print("not determined   {}{}: left to the prior\n", fmt::join(first, "; "),
+                   named < found.open_forces.size()
+                       ? fmt::format("; and {} more", found.open_forces.size() - named)
+                       : "");
+    }
+    if (found.open_motions > 0)
+        fmt::print("not determined   {} of the points' frame: left to frame_error_mm and _deg\n",
+                   counted(found.open_motions, "rigid motion"));
+    for (const TargetSpread& t : found.targets)
+        fmt::print(
+            "target           {}: 95 % within {:.2f} mm, without materials, fixed, elements "
+            "and law\n",
+            t.name, 1e3 * t.radius_95);
+}
+
+void print_found(const DeformedOrgan& found, const MeasuredOrgan& measured, PointFrame frame,
+                 double largest_m) {
+    const SurfaceRegistrationReport& r = found.report;
+    fmt::print("points           {}: {}, {}\n", measured.source,
+               counted(measured.points.size(), "surface point"),
+               counted(measured.landmarks.size(), "landmark"));
+    fmt::print(
+        "distance         {:.2f} mm RMS before, {:.2f} mm by the best rigid motion (of four fifths "
+        "of the points), {:.2f} mm after; {:.2f} mm median\n",
+        1e3 * r.rms_before_m, 1e3 * found.rigid_rms_m, 1e3 * r.rms_m, 1e3 * r.median_m);
+    if (!r.landmarks_m.empty())
+        fmt::print("landmarks        {:.2f} mm RMS, {:.2f} mm at most\n", 1e3 * r.landmark_rms_m,
+                   1e3 * *std::ranges::max_element(r.landmarks_m));
+    fmt::print("outliers         {}\n", r.outliers);
+    fmt::print("iterations       {}, {}\n", r.iterations,
+               r.converged ? "converged" : "NOT converged");
+    if (frame == PointFrame::fixed)
+        fmt::print("frame            as given\n");
+    else
+        fmt::print("frame            moved by {:.2f} mm at the points' centre, {:.2f} degrees\n",
+                   1e3 * centre_motion(found, measured), turn_deg(found));
+    fmt::print("displacement     {:.2f} mm at most\n", 1e3 * largest_m);
+    const Vector3& f = r.total_force_N;
+    fmt::print("total force      ({:.3g}, {:.3g}, {:.3g}) N{}\n", f.x(), f.y(), f.z(),
+               found.is_stated
+                   ? fmt::format(", 95 % within {:.2g} N, if the scene's young_Pa is right",
+                                 found.total_force_radius_95_N)
+                   : "");
+    fmt::print(
+        "young_Pa         not determined: points show displacements alone, and forces scale "
+        "with it\n");
+    print_open(found);
+    fmt::print("seconds          first step {:.2f}, fit {:.2f}\n", found.first_step_s, found.fit_s);
+}
+
+RunHistory history_of(const DeformedOrgan& found) {
+    const SurfaceRegistrationReport& r = found.report;
+    RunHistory history;
+    history.steps.push_back({1, 1, found.equilibrium, true});
+    history.converged = r.converged && found.equilibrium.converged;
+    if (!r.converged)
+        history.failure = fmt::format(
+            "the registration did not converge in {} ({}): the points are {:.2f} mm RMS from the "
+            "surface, {:.2f} mm before; the result holds the state reached",
+            counted(r.iterations, "iteration"), r.reason, 1e3 * r.rms_m, 1e3 * r.rms_before_m);
+    else if (!history.converged)
+        history.failure =
+            fmt::format("the forces found left an imbalance of {:.1e} (allowed {:.1e})",
+                        found.equilibrium.imbalance, found.equilibrium.allowed_imbalance);
+    return history;
+}
+
+/// Writes the result file: the frame, the statement at the targets, and what was found.
+void write_deformed(const Scene& scene, const SceneBody& body, const FrameStatement& statement,
+                    const std::vector<std::string>& names, const std::string& solve,
+                    const std::string& found) {
+    if (!scene.output.has_file()) return;
+    ResultWriter writer(scene.output.file, body.mesh(), to_yaml(scene), Precision::full,
+                        PETSC_COMM_WORLD);
+    append_frame(writer, {1, body.body->displacement(), result_fields(scene, *body.body)});
+    append_statement(writer, statement);
+    if (!names.empty()) writer.write_text("targets", text_of_targets(names));
+    writer.write_text("solve", solve);
+    writer.write_text("registration", found);
+    writer.close();
+}
+
+void write_refined(const RegisterArguments& a, FiducialRegistration registration,
+                   const DeformedOrgan& found, std::size_t points) {
+    auto& t = registration.image_from_base;
+    t.rotation = found.image_from_points.rotation * t.rotation;
+    t.translation = found.image_from_points * t.translation;
+    registration.surface = RegisteredSurface{points,
+                                             points - found.report.outliers,
+                                             found.report.rms_before_m,
+                                             found.report.rms_m,
+                                             found.report.iterations,
+                                             found.open_motions};
+    registration.expected_error.reset();  // that of the fiducials alone
+    write_registration(a.output, registration);
+}
+
+}  // namespace
+
+int register_deforming(const RegisterArguments& a) {
+    // 1. inputs
+    PetscSession session("livetet", {});
+    if (session.ranks() > 1) fail("register --deform: runs on one rank, found {}", session.ranks());
+    check_deform_arguments(a);
+    const Scene scene = load_scene(a.scene);
+    check_deform_scene(scene);
+    for (const auto& [name, path] :
+         {std::pair{"--json", a.json}, std::pair{"--output", a.output}}) {
+        refuse_to_overwrite(name, path, scene, a.scene);
+        refuse_to_overwrite(name, path, {a.surface_points, a.landmarks, a.registration, a.image});
+    }
+    session.add_options(scene.solver.petsc_options);
+    std::optional<FiducialRegistration> registration;
+    const MeasuredOrgan measured = read_measured(a, registration);
+
+    // 2. mesh, body
+    std::optional<ProgressLine> progress;
+    progress.emplace("register");
+    RunFigures figures;
+    const auto start = std::chrono::steady_clock::now();
+    MeshHierarchy hierarchy = load_mesh(scene, progress->callback());
+    figures.mesh_s = seconds_since(start);
+    SceneBody body = make_body(PETSC_COMM_WORLD, scene, std::move(hierarchy), Use::solve);
+    const SceneConstraints constraints(scene, body.mesh());
+    check_no_free_motion(scene, body.mesh(), constraints);
+    figures.setup_s = seconds_since(start) - figures.mesh_s;
+
+    // 3. registration
+    const PointFrame frame = deform_options(scene).frame;
+    const DeformedOrgan found =
+        register_deformation(scene, body, constraints, measured, progress->callback());
+    progress.reset();
+    const std::vector<Vector3> displacement = body.body->displacement();
+    for (const Vector3& u : displacement)
+        figures.largest_displacement_m = std::max(figures.largest_displacement_m, u.norm());
+    figures.forces = constraints.forces(body.body->reactions(), displacement);
+    figures.inverted_tets = body.body->inverted_tets();
+    figures.beyond_model = beyond_model(scene, body.mesh(), displacement);
+    const RunHistory history = history_of(found);
+    figures.sum = sum_of(history);
+
+    // 4. results
+    json about = describe_run(scene, body, history, figures, 0);
+    const json deform = describe_deform(found, measured, frame);
+    write_deformed(scene, body, statement_of(found, frame), names_of_targets(found), about.dump(),
+                   deform.dump());
+    if (!a.output.empty()) write_refined(a, *registration, found, measured.points.size());
+    about["registration"] = deform;
+    if (!a.json.empty()) write_text_file(a.json, about.dump(2) + "\n");
+    print_found(found, measured, frame, figures.largest_displacement_m);
+    for (const std::string& sentence : figures.beyond_model)
+        fmt::print("warning          {}\n", sentence);
+    fmt::print(
+        "written          {}{}\n",
+        scene.output.has_file() ? scene.output.file.string() : "no result (output.file: none)",
+        a.output.empty() ? "" : ", " + a.output.string());
+    if (!history.converged) fmt::print(stderr, "livetet: {}\n", history.failure);
+    return history.converged ? 0 : 3;
+}
+
+}  // namespace livetet

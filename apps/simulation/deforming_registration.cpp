@@ -1,0 +1,251 @@
+#include "apps/simulation/deforming_registration.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numbers>
+
+#include "base/error.hpp"
+#include "base/stopwatch.hpp"
+#include "geometry/error_ellipsoid.hpp"
+#include "geometry/surface_fit.hpp"
+#include "mesh/quadratic.hpp"
+
+namespace livetet {
+
+namespace {
+
+constexpr std::size_t default_centres = 20;
+
+/// Forces that are sought, and how to name them.
+struct SoughtForces {
+    ForceBasis basis;
+    std::vector<std::string> names;  ///< of each column
+};
+
+/// Nodes of the surface that may take a force: not held. `nodes`: sorted; empty: all.
+std::vector<std::int32_t> free_surface(const TetMesh& mesh, const SceneConstraints& constraints,
+                                       const std::optional<std::vector<std::int32_t>>& nodes) {
+    const std::vector<std::uint8_t>& held = constraints.constraints().components;
+    std::vector<std::int32_t> free = surface_nodes(mesh);
+    std::erase_if(free, [&](std::int32_t n) {
+        return held[n] == 7 || (nodes && !std::binary_search(nodes->begin(), nodes->end(), n));
+    });
+    return free;
+}
+
+void add_zone(SoughtForces& sought, const std::string& key, const TetMesh& mesh,
+              const std::vector<std::int32_t>& nodes, ForcePattern pattern, std::size_t centres) {
+    if (nodes.empty())
+        fail("{}: none of its nodes is on the surface and free to move, expected some", key);
+    const std::size_t first = sought.basis.size();
+    sought.basis.add(pattern == ForcePattern::uniform
+                         ? uniform_forces(nodes)
+                         : smooth_forces(mesh.nodes, nodes, std::min(centres, nodes.size())));
+    for (std::size_t j = first; j < sought.basis.size(); ++j) {
+        const ForceBasis::Column& column = sought.basis.column(j);
+        Vector3 place = Vector3::Zero();
+        for (std::size_t k = 0; k < column.nodes.size(); ++k)
+            place += column.shares[k] * mesh.nodes[column.nodes[k]];
+        place *= 1e3;
+        sought.names.push_back(fmt::format("{} at ({:.0f}, {:.0f}, {:.0f}) mm along {}", key,
+                                           place.x(), place.y(), place.z(), "xyz"[column.axis]));
+    }
+}
+
+SoughtForces sought_forces(const DeformOptions& deform, const TetMesh& mesh,
+                           const SceneConstraints& constraints) {
+    SoughtForces sought;
+    if (deform.forces.empty())
+        add_zone(sought, "forces", mesh, free_surface(mesh, constraints, {}), ForcePattern::smooth,
+                 default_centres);
+    for (std::size_t i = 0; i < deform.forces.size(); ++i) {
+        const ForceZoneOptions& zone = deform.forces[i];
+        const std::string key = fmt::format("deform.forces[{}]", i);
+        add_zone(sought, key, mesh, free_surface(mesh, constraints, select_nodes(mesh, zone, key)),
+                 zone.pattern, static_cast<std::size_t>(zone.centres));
+    }
+    return sought;
+}
+
+SurfaceRegistrationOptions registration_options(const DeformOptions& deform) {
+    SurfaceRegistrationOptions options;
+    options.point_error_m = deform.point_error_mm / 1e3;
+    options.landmark_error_m = deform.landmark_error_mm / 1e3;
+    options.prior_energy_J = deform.energy_mJ / 1e3;
+    options.tolerance_m = deform.tolerance_mm / 1e3;
+    options.max_iterations = deform.max_iterations;
+    if (deform.frame != PointFrame::fixed) {
+        options.pose_error_m = deform.frame_error_mm / 1e3;
+        options.pose_error_rad = deform.frame_error_deg * std::numbers::pi / 180;
+    }
+    return options;
+}
+
+/// The best rigid motion of the points to the surface at rest. A fifth of them is left out: the
+/// deformation, and points of something else, are not rigid.
+SurfaceFit fit_rigidly(const MeasuredOrgan& measured, const TriangleMesh& surface) {
+    return with_context(measured.source, [&] {
+        return fit_to_surface(measured.points, surface, {.trimmed_share = 0.2});
+    });
+}
+
+RigidTransform<ImageFrame, ImageFrame> motion_of(const PointPose& pose) {
+    const Eigen::Matrix3d rotation = rotation_of_vector(pose.turn);
+    return {rotation, pose.centre + pose.translation - rotation * pose.centre};
+}
+
+/// Throws Error if the deformed surface does not go through the points.
+void refuse_other_surface(const DeformOptions& deform, const MeasuredOrgan& measured,
+                          const DeformedOrgan& found) {
+    constexpr double most = 3;  // standard deviations: half of normal errors are within 0.67
+    const SurfaceRegistrationReport& r = found.report;
+    const bool goes_on = !r.converged && r.iterations == deform.max_iterations;
+    if (goes_on || r.median_m < most * deform.point_error_mm / 1e3) return;
+    fail(
+        "{}: the points are not of this surface, deformed as deform.forces allows: {:.1f} mm "
+        "(median) from it ({:.1f} mm RMS where it is moved rigidly), expected less than {:.1f} mm "
+        "for deform.point_error_mm = {:g}",
+        measured.source, 1e3 * r.median_m, 1e3 * found.rigid_rms_m, most * deform.point_error_mm,
+        deform.point_error_mm);
+}
+
+TargetSpread spread_at(const SurfaceRegistration& registration, const SurfacePosterior& posterior,
+                       const BodyPlace& place) {
+    const Eigen::MatrixXd rows = registration.place_rows(place);
+    const Eigen::Index forces = std::ssize(registration.coefficients());
+    TargetSpread spread;
+    spread.place = place;
+    const Eigen::Matrix3d c = rows * posterior.covariance * rows.transpose();
+    spread.covariance = (c + c.transpose()) / 2;
+    spread.radius_95 = error_ellipsoid(spread.covariance).radius_95;
+    const Eigen::Index pose = rows.cols() - forces;
+    if (pose > 0)
+        spread.by_pose_m2 =
+            (rows.rightCols(pose) * posterior.covariance.bottomRightCorner(pose, pose) *
+             rows.rightCols(pose).transpose())
+                .trace();
+    return spread;
+}
+
+void state_targets(const Scene& scene, const DeformOptions& deform, const TetMesh& mesh,
+                   const SurfaceRegistration& registration, const SurfacePosterior& posterior,
+                   DeformedOrgan& found) {
+    std::vector<Target> targets;
+    if (!deform.targets.empty())
+        targets = read_targets(deform.targets, "deform.targets", mesh);
+    else if (scene.track)
+        targets = read_targets(scene, mesh);
+    for (const Target& target : targets) {
+        TargetSpread worst;
+        for (const BodyPlace& place : places_in(mesh, target.places)) {
+            TargetSpread spread = spread_at(registration, posterior, place);
+            if (spread.radius_95 >= worst.radius_95) worst = std::move(spread);
+        }
+        worst.name = target.name;
+        found.targets.push_back(std::move(worst));
+    }
+}
+
+/// What the points determine, and what they do not.
+void state_posterior(const SoughtForces& sought, const SurfacePosterior& posterior,
+                     DeformedOrgan& found) {
+    const auto n = static_cast<Eigen::Index>(sought.basis.size());
+    Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(3, n);
+    for (Eigen::Index j = 0; j < n; ++j)
+        sum(sought.basis.column(static_cast<std::size_t>(j)).axis, j) = 1;
+    const Eigen::Matrix3d c = sum * posterior.covariance.topLeftCorner(n, n) * sum.transpose();
+    found.total_force_radius_95_N = error_ellipsoid((c + c.transpose()) / 2).radius_95;
+    found.directions = sought.basis.size();
+    const auto open = [](const Eigen::VectorXd& ratios) {
+        return static_cast<std::size_t>((ratios.array() > open_ratio).count());
+    };
+    found.open_directions = open(posterior.direction_ratio);
+    found.open_motions = open(posterior.pose_ratio);
+    for (Eigen::Index j = 0; j < n; ++j)
+        if (posterior.force_ratio[j] > open_ratio)
+            found.open_forces.push_back(sought.names[static_cast<std::size_t>(j)]);
+    found.is_stated = true;
+}
+
+}  // namespace
+
+DeformOptions deform_options(const Scene& scene) { return scene.deform.value_or(DeformOptions{}); }
+
+void check_deform_scene(const Scene& scene) {
+    const auto refuse = [](const char* key, const char* why) {
+        fail("{}: a deforming registration finds {}, expected none", key, why);
+    };
+    if (scene.time.is_dynamic())
+        fail("time.scheme: a deforming registration is static, expected time.scheme: static");
+    if (!scene.loads.empty()) refuse("loads", "the forces itself");
+    if (!scene.drive.empty()) refuse("drive", "the displacement itself");
+    if (scene.gravity_m_per_s2 != Vector3::Zero())
+        refuse("gravity_m_per_s2", "what changes from the image, where gravity acts already");
+}
+
+DeformedOrgan register_deformation(const Scene& scene, SceneBody& body,
+                                   const SceneConstraints& constraints,
+                                   const MeasuredOrgan& measured,
+                                   const ProgressCallback& progress) {
+    // 1. what is sought, and whether the points may be of this organ
+    const DeformOptions deform = deform_options(scene);
+    const TetMesh& mesh = body.mesh();
+    const SoughtForces sought = sought_forces(deform, mesh, constraints);
+    const TriangleMesh surface{mesh.nodes, boundary_triangles(mesh.tets)};
+    const std::size_t motions = deform.frame == PointFrame::fixed ? 0 : 6;
+    check_measured(measured, surface, sought.basis.size() + motions);
+
+    // 2. the rigid part's start
+    DeformedOrgan found;
+    const SurfaceFit rigid = fit_rigidly(measured, surface);
+    found.rigid_rms_m = rigid.rms_after;
+    std::vector<Vector3> points = measured.points;
+    std::vector<Landmark> landmarks;
+    std::vector<Vector3> at_rest;
+    for (const MeasuredLandmark& l : measured.landmarks) at_rest.push_back(l.at_rest);
+    if (!at_rest.empty()) {
+        const std::vector<BodyPlace> places = places_in(mesh, at_rest);
+        for (std::size_t i = 0; i < places.size(); ++i)
+            landmarks.push_back({places[i], measured.landmarks[i].measured});
+    }
+    if (deform.frame == PointFrame::surface) {
+        found.image_from_points = rigid.image_from_start;
+        for (Vector3& c : points) c = rigid.image_from_start * c;
+        for (Landmark& l : landmarks) l.measured = rigid.image_from_start * l.measured;
+    }
+
+    // 3. fit
+    const auto start = std::chrono::steady_clock::now();
+    SurfaceRegistrationOptions options = registration_options(deform);
+    options.progress = [&](double fraction, std::string_view what) {
+        if (found.first_step_s == 0) found.first_step_s = seconds_since(start);
+        if (progress) progress(fraction, what);
+    };
+    body.body->set_constraints(constraints.constraints());
+    body.body->set_springs(constraints.springs());
+    SurfaceRegistration registration(*body.body, mesh.nodes, surface.triangles, sought.basis,
+                                     options);
+    found.report =
+        with_context(measured.source, [&] { return registration.fit(points, landmarks); });
+    found.fit_s = seconds_since(start);
+    found.image_from_points = motion_of(registration.pose()) * found.image_from_points;
+    refuse_other_surface(deform, measured, found);
+
+    // 4. what the points determine
+    if (found.report.converged) {
+        if (progress) progress(1, "what the points determine");
+        const SurfacePosterior posterior = registration.posterior();
+        state_posterior(sought, posterior, found);
+        state_targets(scene, deform, mesh, registration, posterior, found);
+    }
+
+    // 5. equilibrium to the scene's tolerance
+    body.body->set_external_force(registration.forces());
+    found.equilibrium = body.body->solve(0, solve_controls(scene));
+    const std::vector<Vector3> u = body.body->displacement();
+    for (TargetSpread& t : found.targets) t.position = t.place.of(mesh.nodes) + t.place.of(u);
+    return found;
+}
+
+}  // namespace livetet

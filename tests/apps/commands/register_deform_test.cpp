@@ -1,0 +1,405 @@
+// `livetet register --deform`: from points of a deformed surface to a result.
+
+#include <gtest/gtest.h>
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "apps/live/statement_record.hpp"
+#include "geometry/transform.hpp"
+#include "io/hierarchy_file.hpp"
+#include "io/points_csv.hpp"
+#include "io/registration_file.hpp"
+#include "io/result_file.hpp"
+#include "io/text.hpp"
+#include "mesh/quadratic.hpp"
+#include "support/program.hpp"
+#include "support/shapes.hpp"
+
+namespace livetet {
+namespace {
+
+using nlohmann::json;
+using test::expect_refused;
+using test::Folder;
+using test::livetet;
+using test::text_of;
+using test::write_text;
+
+void write_points(const std::filesystem::path& path, const std::vector<Vector3>& points) {
+    std::vector<NamedPoint> named;
+    for (const Vector3& c : points) named.push_back({fmt::format("P{}", named.size() + 1), c});
+    write_points_csv(path, named);
+}
+
+/// A block of 80 x 80 x 40 mm that is held below. The truth is neo-Hookean on a finer mesh, and
+/// pulled about the middle of its top; the scene's material is corotated with another Poisson's
+/// ratio.
+struct DeformedBlock {
+    Folder folder;
+    TetMesh fine = test::block({14, 14, 7}, {0.08, 0.08, 0.04});
+    std::vector<Vector3> truth;  ///< displacement of the fine mesh
+
+    explicit DeformedBlock(const Vector3& pull_N = {0.3, 0.2, 1.2}) {
+        write_hierarchy(folder / "fine.h5", make_hierarchy({fine}, "finer"));
+        write_hierarchy(folder / "block.h5",
+                        make_hierarchy({test::block({9, 9, 5}, {0.08, 0.08, 0.04})}, "the model"));
+        write_text(folder / "truth.yaml",
+                   fmt::format("mesh: {{file: fine.h5}}\nstrain: neohookean\n"
+                               "materials: [{{young_Pa: 3000, poisson: 0.45}}]\n"
+                               "fix: [{{half_space_mm: [0, 0, 1, 0, 0, 1]}}]\n"
+                               "loads: [{{sphere_mm: [40, 40, 40, 20], where: surface, force_N: "
+                               "[{}, {}, {}]}}]\noutput: {{file: truth.h5}}\n",
+                               pull_N.x(), pull_N.y(), pull_N.z()));
+        const auto solved = livetet(folder, "solve truth.yaml");
+        EXPECT_EQ(solved.status, 0) << solved.err;
+        truth = ResultReader(folder / "truth.h5").displacement(0);
+        write_scene("");
+    }
+    void write_scene(const std::string& deform) const {
+        write_text(folder / "scene.yaml",
+                   "mesh: {file: block.h5}\nmaterials: [{young_Pa: 3000, poisson: 0.4}]\n"
+                   "fix: [{half_space_mm: [0, 0, 1, 0, 0, 1]}]\n"
+                   "deform:\n  forces: [{sphere_mm: [40, 40, 40, 22], pattern: uniform}]\n"
+                   "  point_error_mm: 0.5\n"
+                   "  targets: [{name: Middle, point_mm: [40, 40, 20]}]\n" +
+                       deform);
+    }
+    /// Points in the middle of every triangle of the deformed top and sides.
+    std::vector<Vector3> points() const {
+        std::vector<Vector3> found;
+        for (const Triangle& t : boundary_triangles(fine.tets)) {
+            Vector3 rest = Vector3::Zero(), moved = Vector3::Zero();
+            for (const std::int32_t n : t) {
+                rest += fine.nodes[n] / 3;
+                moved += (fine.nodes[n] + truth[n]) / 3;
+            }
+            if (rest.z() > 1e-3) found.push_back(moved);
+        }
+        return found;
+    }
+    Vector3 true_place(const Vector3& rest) const {
+        return rest + PointSampler(fine, std::vector{rest}).sample(0, truth);
+    }
+    Vector3 found_place(const Vector3& rest) const {
+        const ResultReader result(folder / "result.h5");
+        return rest +
+               PointSampler(result.mesh(), std::vector{rest}).sample(0, result.displacement(0));
+    }
+    test::Outcome run(const std::string& options = "") const {
+        return livetet(folder,
+                       "register --deform scene.yaml --surface-points points.csv " + options);
+    }
+};
+
+const Vector3 middle(0.04, 0.04, 0.02);  // of the block
+
+TEST(RegisterDeform, FindsATargetAndStatesItsError) {
+    const DeformedBlock block;
+    block.write_scene("  frame: fixed\n");
+    write_points(block.folder / "points.csv", block.points());
+    const auto outcome = block.run("--json found.json");
+    ASSERT_EQ(outcome.status, 0) << outcome.err << outcome.out;
+    const double moved = (block.true_place(middle) - middle).norm();
+    EXPECT_GT(moved, 0.002);
+    EXPECT_LT((block.found_place(middle) - block.true_place(middle)).norm(), 0.15 * moved);
+
+    const json about = json::parse(text_of(block.folder / "found.json"));
+    const json& found = about["registration"];
+    EXPECT_TRUE(found["converged"].get<bool>());
+    EXPECT_LT(found["rms_mm"].get<double>(), 0.3 * found["rms_before_mm"].get<double>());
+    EXPECT_NEAR(found["total_force_N"][2].get<double>(), 1.2, 0.25);  // another material
+    EXPECT_GT(found["total_force_radius_95_N"].get<double>(), 0);
+    EXPECT_EQ(found["open_directions"].get<int>(), 0);
+    EXPECT_NE(outcome.out.find("young_Pa         not determined"), std::string::npos);
+
+    const ResultReader result(block.folder / "result.h5");
+    const StatementReader statements(result, "result.h5");
+    ASSERT_EQ(statements.names(), std::vector<std::string>{"Middle"});
+    const TargetStatement stated = statements.read(0).targets.front();
+    EXPECT_GT(stated.radius_95, 0.00001);
+    EXPECT_LT(stated.radius_95, moved);
+    EXPECT_LT((stated.position - block.found_place(middle)).norm(), 1e-9);
+    EXPECT_TRUE(statements.read(0).missing.has(ErrorSource::materials));
+    const auto report = livetet(block.folder, "report result.h5 --no-pictures -o report.html");
+    EXPECT_EQ(report.status, 0) << report.err;
+}
+
+TEST(RegisterDeform, FindsTheRigidMotionToo) {
+    const DeformedBlock block;
+    block.write_scene("  frame_error_mm: 5\n  frame_error_deg: 3\n");
+    const RigidTransform<Base, ImageFrame> base_from_image{rotation_of_vector({0.02, -0.03, 0.02}),
+                                                           {0.003, -0.002, 0.001}};
+    std::vector<Vector3> points = block.points();
+    for (Vector3& c : points) c = base_from_image * c;
+    write_points(block.folder / "points.csv", points);
+    FiducialRegistration given;  // the identity: off by that motion
+    for (int i = 0; i < 3; ++i)
+        given.fiducials.push_back({.name = fmt::format("F{}", i), .in_image = Vector3::Unit(i)});
+    write_registration(block.folder / "given.json", given);
+    const auto outcome = block.run("--registration given.json -o better.json");
+    ASSERT_EQ(outcome.status, 0) << outcome.err << outcome.out;
+    const auto better = read_registration(block.folder / "better.json").image_from_base;
+    const Vector3 truth = block.true_place(middle), seen = base_from_image * truth;
+    EXPECT_GT((seen - truth).norm(), 0.003);
+    EXPECT_LT((better * seen - truth).norm(), 0.0007);
+    EXPECT_LT((block.found_place(middle) - better * seen).norm(), 0.0006);
+}
+
+TEST(RegisterDeform, StartsFromWhereThePointsFitRigidly) {
+    const DeformedBlock block({0, 0, 0.5});
+    block.write_scene("  frame: surface\n");
+    std::vector<Vector3> points = block.points();
+    for (Vector3& c : points) c += Vector3(0.010, 0.006, -0.004);
+    write_points(block.folder / "points.csv", points);
+    const auto outcome = block.run();
+    ASSERT_EQ(outcome.status, 0) << outcome.err << outcome.out;
+    EXPECT_LT((block.found_place(middle) - block.true_place(middle)).norm(), 0.001);
+}
+
+TEST(RegisterDeform, TakesLandmarksByName) {
+    const DeformedBlock block;
+    block.write_scene("  frame: fixed\n  landmark_error_mm: 0.5\n");
+    write_points(block.folder / "points.csv", block.points());
+    const Vector3 inside(0.045, 0.04, 0.03);
+    write_points_csv(block.folder / "image.csv",
+                     std::vector<NamedPoint>{{"Other", {0.01, 0.01, 0.01}}, {"Vessel", inside}});
+    write_points_csv(block.folder / "marks.csv",
+                     std::vector<NamedPoint>{{"Vessel", block.true_place(inside)}});
+    const auto outcome = block.run("--landmarks marks.csv --image image.csv --json found.json");
+    ASSERT_EQ(outcome.status, 0) << outcome.err << outcome.out;
+    const json found = json::parse(text_of(block.folder / "found.json"))["registration"];
+    EXPECT_LT(found["landmarks_mm"]["Vessel"].get<double>(), 0.7);
+    write_points_csv(block.folder / "marks.csv", std::vector<NamedPoint>{{"Vesel", inside}});
+    expect_refused(block.run("--landmarks marks.csv --image image.csv"),
+                   {"marks.csv", "Vesel", "image.csv"});
+    expect_refused(block.run("--landmarks marks.csv"), {"--image"});
+}
+
+TEST(RegisterDeform, NamesForcesThatThePointsDoNotSee) {
+    const DeformedBlock block({0, 0, 0.5});
+    block.write_scene("  frame: fixed\n");
+    std::string scene = text_of(block.folder / "scene.yaml");
+    scene.replace(scene.find("forces: ["), 9,
+                  "forces: [{sphere_mm: [0, 0, 20, 12], pattern: uniform}, ");
+    write_text(block.folder / "scene.yaml", scene);
+    std::vector<Vector3> seen;  // the top's other half
+    for (const Vector3& c : block.points())
+        if (c.z() > 0.039 && c.x() > 0.03 && c.y() > 0.03) seen.push_back(c);
+    write_points(block.folder / "points.csv", seen);
+    const auto outcome = block.run("--json found.json");
+    ASSERT_EQ(outcome.status, 0) << outcome.err << outcome.out;
+    const json found = json::parse(text_of(block.folder / "found.json"))["registration"];
+    EXPECT_GT(found["open_directions"].get<int>(), 0);
+    bool names_the_corner = false;
+    for (const auto& name : found["open_forces"]) {
+        names_the_corner |= name.get<std::string>().rfind("deform.forces[0]", 0) == 0;
+        EXPECT_EQ(name.get<std::string>().find("deform.forces[1]"), std::string::npos);
+    }
+    EXPECT_TRUE(names_the_corner) << outcome.out;
+}
+
+TEST(RegisterDeform, SaysHowFarItCameWhereItDoesNotConverge) {
+    const DeformedBlock block;
+    block.write_scene("  frame: fixed\n  max_iterations: 1\n");
+    write_points(block.folder / "points.csv", block.points());
+    const auto outcome = block.run();
+    EXPECT_EQ(outcome.status, 3) << outcome.err;
+    EXPECT_NE(outcome.err.find("did not converge in 1 iteration"), std::string::npos)
+        << outcome.err;
+    EXPECT_NE(outcome.err.find("mm before"), std::string::npos) << outcome.err;
+    const ResultReader result(block.folder / "result.h5");
+    EXPECT_FALSE(result.has_text("targets"));
+    EXPECT_GT((block.found_place(middle) - middle).norm(), 0.0005);
+}
+
+TEST(RegisterDeform, RefusesPointsThatCannotBeOfTheOrgan) {
+    const DeformedBlock block({0, 0, 0.5});
+    const std::vector<Vector3> points = block.points();
+    const auto refused = [&](auto&& change, std::initializer_list<std::string> parts) {
+        std::vector<Vector3> changed;
+        for (const Vector3& c : points) changed.push_back(change(c));
+        write_points(block.folder / "points.csv", changed);
+        expect_refused(block.run(), parts);
+        EXPECT_FALSE(std::filesystem::exists(block.folder / "result.h5"));
+    };
+    refused([](const Vector3& c) -> Vector3 { return c / 1000; },
+            {"points.csv", "another unit", "120 mm", "expected points in mm"});
+    refused([](const Vector3& c) -> Vector3 { return 1000 * c; }, {"another unit"});
+    refused(
+        [](const Vector3& c) -> Vector3 {
+            return {-c.x(), -c.y(), c.z()};
+        },
+        {"points.csv", "LPS", "expected RAS"});
+    refused([](const Vector3& c) -> Vector3 { return c + Vector3(0.3, 0, 0); },
+            {"points.csv", "no points near the organ", "mm (median)"});
+    refused([](const Vector3& c) -> Vector3 { return Vector3(0.03, 0.04, 0.04) + 0.03 * c; },
+            {"points.csv", "on one spot", "mm RMS"});
+    // A ball of the block's size.
+    refused(
+        [](const Vector3& c) -> Vector3 {
+            return Vector3(0.04, 0.04, 0.02) + 0.035 * (c - Vector3(0.04, 0.04, 0.02)).normalized();
+        },
+        {"points.csv", "not of this surface", "point_error_mm"});
+
+    write_points(block.folder / "points.csv", {points.begin(), points.begin() + 9});
+    expect_refused(block.run(), {"points.csv", "9 surface points", "at least 10"});
+    block.write_scene("  frame: fixed\n");
+    std::string scene = text_of(block.folder / "scene.yaml");
+    scene.replace(scene.find("uniform"), 7, "smooth, centres: 20");
+    write_text(block.folder / "scene.yaml", scene);
+    std::vector<Vector3> few;
+    for (std::size_t i = 0; i < points.size(); i += points.size() / 30) few.push_back(points[i]);
+    write_points(block.folder / "points.csv", few);
+    expect_refused(block.run(), {"points.csv", "at least 48", "centres"});
+}
+
+TEST(RegisterDeform, RefusesScenesAndOptionsThatItCannotTake) {
+    const DeformedBlock block({0, 0, 0.5});
+    write_points(block.folder / "points.csv", block.points());
+    const std::string scene = text_of(block.folder / "scene.yaml");
+    const auto refused_with = [&](const std::string& more,
+                                  std::initializer_list<std::string> parts) {
+        write_text(block.folder / "scene.yaml", scene + more);
+        expect_refused(block.run(), parts);
+    };
+    refused_with("loads: [{sphere_mm: [40, 40, 40, 20], force_N: [0, 0, 1]}]\n", {"loads"});
+    refused_with("gravity_m_per_s2: [0, 0, -9.81]\n", {"gravity_m_per_s2"});
+    refused_with("time: {scheme: newmark}\n", {"time.scheme", "static"});
+    write_text(block.folder / "scene.yaml", scene);
+    expect_refused(livetet(block.folder, "register --deform scene.yaml"), {"--surface-points"});
+    expect_refused(block.run("-o better.json"), {"better.json", "--registration"});
+    expect_refused(block.run("--scale"), {"--scale", "--deform"});
+    expect_refused(livetet(block.folder, "register --tracker points.csv"), {"--image is missing"});
+    std::string held = scene;
+    held.replace(held.find("sphere_mm: [40, 40, 40, 22]"), 27, "sphere_mm: [40, 40, 0, 12]");
+    write_text(block.folder / "scene.yaml", held);
+    expect_refused(block.run(), {"deform.forces[0]", "free to move"});
+    std::string loose = scene;
+    loose.replace(loose.find("fix:"), 43, "");
+    write_text(block.folder / "scene.yaml", loose);
+    expect_refused(block.run(), {"not held"});
+    EXPECT_FALSE(std::filesystem::exists(block.folder / "result.h5"));
+}
+
+/// Reads an MSH 2.2 file of tets in metres, in the order of its own nodes: Gmsh numbers them anew.
+TetMesh read_in_order(const std::filesystem::path& path) {
+    std::istringstream in(text_of(path));
+    TetMesh mesh;
+    std::string word;
+    std::size_t count = 0;
+    while (in >> word && word != "$Nodes") {
+    }
+    in >> count;
+    for (std::size_t n = 0; n < count; ++n) {
+        std::size_t number = 0;
+        Vector3 x;
+        in >> number >> x.x() >> x.y() >> x.z();
+        mesh.nodes.push_back(x);
+    }
+    while (in >> word && word != "$Elements") {
+    }
+    in >> count;
+    for (std::size_t e = 0; e < count; ++e) {
+        int number = 0, kind = 0, tags = 0, tag = 0;
+        in >> number >> kind >> tags;
+        for (int t = 0; t < tags; ++t) in >> tag;
+        Tet tet{};
+        for (int k = 0; k < (kind == 4 ? 4 : 3); ++k) {
+            in >> tet[k];
+            --tet[k];
+        }
+        if (kind == 4) mesh.tets.push_back(tet);
+    }
+    EXPECT_TRUE(in) << path;
+    return mesh;
+}
+
+/// A liver by others (Mestdagh and Cotin 2022): its frames, in mm, and its scene.
+class RegisterDeformData : public testing::Test {
+  protected:
+    void SetUp() override {
+        const char* folder_of_data = std::getenv("LIVETET_DATA");
+        if (!folder_of_data) GTEST_SKIP() << "LIVETET_DATA does not name the folder of real inputs";
+        data = std::filesystem::path(folder_of_data) / "partial_surface";
+    }
+    std::vector<Vector3> rows(const std::string& name) const {
+        std::vector<Vector3> found;
+        const std::string text = text_of(data / name);
+        bool is_headed = false;
+        for (const std::string_view line : split_lines(text)) {
+            const auto cells = split_csv(line);
+            if (is_headed && cells && cells->size() >= 3)
+                found.emplace_back(*parse_number((*cells)[0]), *parse_number((*cells)[1]),
+                                   *parse_number((*cells)[2]));
+            is_headed = true;
+        }
+        return found;
+    }
+    std::string list_of(const std::string& name) const {
+        std::string list;
+        for (char c : text_of(data / name)) list += c == '\n' || c == ' ' ? ',' : c;
+        while (!list.empty() && list.back() == ',') list.pop_back();
+        return list;
+    }
+    void write_inputs(const std::string& sequence, const std::string& frame,
+                      const std::string& zone) const {
+        write_points(folder / "points.csv", rows(sequence + "/cloud_" + frame + ".csv"));
+        write_hierarchy(folder / "liver.h5",
+                        make_hierarchy({read_in_order(data / "liver.msh")}, "by others"));
+        write_text(folder / "scene.yaml",
+                   fmt::format("mesh: {{file: liver.h5}}\nstrain: neohookean\n"
+                               "formulation: displacement\n"
+                               "materials: [{{young_Pa: 4500, poisson: 0.49}}]\n"
+                               "fix: [{{nodes: [{}]}}]\n"
+                               "deform:\n  forces: [{}]\n  point_error_mm: 0.5\n  frame: fixed\n",
+                               list_of("fixed_nodes.txt"), zone));
+    }
+    /// RMS error of all nodes, m.
+    double error_of(const std::string& sequence, const std::string& frame) const {
+        const ResultReader result(folder / "result.h5");
+        const std::vector<Vector3> truth = rows(sequence + "/positions_" + frame + ".csv");
+        const std::vector<Vector3> u = result.displacement(0);
+        EXPECT_EQ(u.size(), truth.size());
+        double squares = 0;
+        for (std::size_t n = 0; n < u.size(); ++n)
+            squares += (result.mesh().nodes[n] + u[n] - truth[n]).squaredNorm();
+        return std::sqrt(squares / static_cast<double>(u.size()));
+    }
+    Folder folder;
+    std::filesystem::path data;
+};
+
+TEST_F(RegisterDeformData, FindsALiverFromAPartOfItsSurface) {
+    for (const std::string frame : {"00", "49"}) {
+        write_inputs("neohookean_s1", frame,
+                     fmt::format("{{nodes: [{}], pattern: uniform}}",
+                                 list_of("neohookean_s1/loaded_nodes.txt")));
+        const auto outcome = livetet(
+            folder, "register --deform scene.yaml --surface-points points.csv --json found.json");
+        ASSERT_EQ(outcome.status, 0) << outcome.err << outcome.out;
+        EXPECT_LT(error_of("neohookean_s1", frame), 0.0015);
+        const json found = json::parse(text_of(folder / "found.json"))["registration"];
+        const Vector3 force(found["total_force_N"][0], found["total_force_N"][1],
+                            found["total_force_N"][2]);
+        const Vector3 truth = rows("neohookean_s1/total_force_N.csv")[std::stoul(frame)];
+        EXPECT_LT((force - truth).norm(), 0.15 * truth.norm());
+    }
+}
+
+TEST_F(RegisterDeformData, FindsALiverWhereThePlaceOfTheForcesIsNotKnown) {
+    write_inputs("neohookean_s2", "21",
+                 fmt::format("{{nodes: [{}], pattern: smooth, centres: 20}}",
+                             list_of("visible_triangles.txt")));
+    const auto outcome =
+        livetet(folder, "register --deform scene.yaml --surface-points points.csv");
+    ASSERT_EQ(outcome.status, 0) << outcome.err << outcome.out;
+    EXPECT_LT(error_of("neohookean_s2", "21"), 0.003);
+}
+
+}  // namespace
+}  // namespace livetet
