@@ -191,7 +191,9 @@ TEST_F(SurfaceRegistrationPoseTest, LandmarksPullTheirPlacesToWhereTheyAre) {
             squares += (place.of(rest()) + place.of(registration.displacement()) - place.of(x))
                            .squaredNorm();
         const double error = std::sqrt(squares / 2);
-        if (!given.empty()) EXPECT_NEAR(report.landmark_rms_m, error, 1e-9);
+        if (!given.empty()) {
+            EXPECT_NEAR(report.landmark_rms_m, error, 1e-9);
+        }
         return error;
     };
     const double without = error_with({});
