@@ -104,6 +104,9 @@ std::string complete_scene() {
     track.ahead_ms = NumberOrAuto{};
     track.request_ms = 10;
     track.publish.emplace();
+    DeformOptions& deform = scene.deform.emplace();
+    static_cast<SelectionOptions&>(deform.forces.emplace_back()) = nodes;
+    deform.targets = track.targets;
     scene.probes.emplace();
     scene.output.fields = {"stress", "reactions"};
     std::string text = to_yaml(scene);
