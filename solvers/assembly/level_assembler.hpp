@@ -44,8 +44,8 @@ struct SinglePrecisionBatches {
     }
 };
 
-/// Where a direction may be other than zero: at all components, or at constrained ones alone, so that
-/// only the tets around these are computed (on a level in single precision).
+/// Where a direction may be other than zero: at all components, or at constrained ones alone, so
+/// that only the tets around these are computed (on a level in single precision).
 enum class Support { all, constrained };
 
 /// What a level keeps to be computed with: a matrix of that layout, and whatever its forces need in

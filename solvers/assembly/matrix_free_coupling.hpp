@@ -21,9 +21,9 @@ class MatrixFreeCoupling {
     /// are until the next call.
     void take(const Configuration& at);
 
-    /// f = factor K v + B^T q and g = B v by the law's tangent K; f of constrained components is that
-    /// of the free body. v, f: three numbers a node; q, g: scaled; q empty: zero. Support::constrained:
-    /// v is zero but at constrained components, and q is empty.
+    /// f = factor K v + B^T q and g = B v by the law's tangent K; f at constrained components is
+    /// that of the free body. v, f: three numbers a node; q, g: scaled; q empty: zero. For
+    /// Support::constrained v is zero but at constrained components, and q is empty.
     void multiply(double factor, std::span<const double> v, std::span<const double> q,
                   std::span<double> f, std::span<double> g, Support of_v = Support::all);
     /// f = B^T q, zero at constrained components.
