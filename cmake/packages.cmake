@@ -17,7 +17,7 @@ function(livetet_same_minor_version name variable)
 endfunction()
 
 # Sets `variable` to the dependencies of the development package: the libraries of apps/packages.txt but those of the tests and
-# those that no installed target needs (Gmsh is loaded, CLI11 is the commands').
+# those that no installed target needs (Gmsh is loaded, CLI11 is the commands', pybind11 the Python module's).
 function(livetet_development_dependencies variable)
   file(STRINGS ${PROJECT_SOURCE_DIR}/apps/packages.txt lines)
   set(depends pkg-config)
@@ -25,7 +25,7 @@ function(livetet_development_dependencies variable)
     if(line MATCHES "^# tests")
       break()
     endif()
-    if(line MATCHES "^[^#].*-dev$" AND NOT line MATCHES "^lib(gmsh|cli11)-dev$")
+    if(line MATCHES "^[^#].*-dev$" AND NOT line MATCHES "^(lib(gmsh|cli11)|pybind11|python3)-dev$")
       livetet_same_minor_version(${line} one)
       list(APPEND depends "${one}")
     endif()
@@ -167,3 +167,13 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs ${PROJECT_SOURCE_DIR}/examples
   DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/livetet-doc COMPONENT documentation EXCLUDE_FROM_ALL)
 install(FILES ${PROJECT_SOURCE_DIR}/README.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/livetet-doc COMPONENT documentation
   EXCLUDE_FROM_ALL)
+
+if(TARGET livetet_python)
+  math(EXPR next_minor "${Python3_VERSION_MINOR} + 1")
+  livetet_debian_package(python python3-livetet SECTION python
+    SUMMARY "real-time soft-tissue simulation: Python module"
+    DESCRIPTION "This package holds the Python module livetet: meshes, scenes, solves, the
+tracked body frame by frame, registration and results as numpy arrays."
+    DEPENDS ${gmsh_package} openmpi-bin python3-numpy "python3 (>= 3.${Python3_VERSION_MINOR})" "python3 (<< 3.${next_minor})"
+    RECOMMENDS libopenblas0-serial python3-mpi4py)
+endif()

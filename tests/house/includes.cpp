@@ -73,7 +73,7 @@ Arrows arrows(const std::string& apps_cmake) {
     below.insert(solvers.begin(), solvers.end());
     below.insert({"meshing", "io", "io/openigtlink"});
 
-    static const std::regex library(R"(livetet_apps(?:_images)?_library\((\w+)([^)]*)\))");
+    static const std::regex library(R"(livetet_apps(?:_images|_python)?_library\((\w+)([^)]*)\))");
     static const std::regex word(R"(\w+)");
     for (std::sregex_iterator match(apps_cmake.begin(), apps_cmake.end(), library), end;
          match != end; ++match) {
