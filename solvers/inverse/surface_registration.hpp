@@ -72,8 +72,8 @@ struct SurfacePosterior {
 ///            + 1/(2 E0) p^T R p + 1/2 m^T P m,   R = B^T K_0^-1 B,
 ///
 /// u(p) being the static equilibrium, phi the SurfaceMisfit with s no less than sigma, l the
-/// landmarks, whose s_l is their error times s / sigma, and p^T R p / 2 the energy that these forces
-/// store in the body at rest (K_0: tangent there).
+/// landmarks, whose s_l is their error times s / sigma, and p^T R p / 2 the energy that these
+/// forces store in the body at rest (K_0: tangent there).
 ///
 /// Gauss-Newton: the gradient is the adjoint's at each iterate; the Hessian is G^T W G + R / E0 + P
 /// with the rows G_i = n_i . (sum_k w_k U_k, -dT c_i/dm), U = K^-1 B the responses. With up to 30

@@ -25,8 +25,8 @@ struct FrameControls {
 /// iterations; the first applies the prescribed increment, without a line search. Only where its
 /// step leads far while no prescribed node moves, as when a body springs back from a shock, it
 /// searches along the step and makes further iterations if that does not do. A deadline cuts linear
-/// solves short. When time is short, only one half of the operator is renewed. Running means of past
-/// frames decide whether it is, and whether the direction that such an operator gives is used.
+/// solves short. When time is short, only one half of the operator is renewed. Running means of
+/// past frames decide whether it is, and whether the direction that such an operator gives is used.
 class FrameStepper {
   public:
     /// All must outlive this.
@@ -51,8 +51,8 @@ class FrameStepper {
                       RenewalExtent wanted, StepReport& report);
     /// Whether a whole operator, one iteration and what follows would miss the deadline.
     bool is_late(const FrameControls& controls) const;
-    /// Whether a node would move much farther than the prescribed ones usually do: there a full step
-    /// of Newton's method may raise the energy, without bound from frame to frame.
+    /// Whether a node would move much farther than the prescribed ones usually do: there a full
+    /// step of Newton's method may raise the energy, without bound from frame to frame.
     bool leads_far() const;
     /// Whether the result of an operator whose one half is a step old must be rejected: if tets
     /// have flipped since, the halves may not fit together.

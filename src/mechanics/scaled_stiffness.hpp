@@ -64,9 +64,9 @@ class ScaledStiffness {
         }
     }
 
-    /// First for the batches of later rounds (ranges of BatchParts::later, by any threads), then for
-    /// each part of the first (one thread each), then for rows_of(renewal): each when all of the one
-    /// before is done.
+    /// First for the batches of later rounds (ranges of BatchParts::later, by any threads), then
+    /// for each part of the first (one thread each), then for rows_of(renewal): each when all of
+    /// the one before is done.
     void rotate_later(BatchRange range, const TetBatches<float>& batches,
                       std::span<const RotationBatch<float>> rotations);
     void write_part(int part, Renewal renewal, const TetBatches<float>& batches,

@@ -50,8 +50,8 @@ class LiveSolver : public testing::Test {
         return test::pressed_beam(hierarchy.levels.front(), 0.02, part * Vector3(0, 0.004, -0.015));
     }
 
-    /// The state and the stated error of frames that iterate, renew halves and estimate, by 1, 2 and
-    /// 4 threads.
+    /// The state and the stated error of frames that iterate, renew halves and estimate, by 1, 2
+    /// and 4 threads.
     void expect_same_bits() {
         std::vector<Vector3> expected;
         std::vector<double> expected_error;
