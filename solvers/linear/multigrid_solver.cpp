@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/log.hpp"
 
@@ -14,7 +15,8 @@ namespace {
 // long in as many iterations. Here they are taken once for given constraints.
 
 /// The largest eigenvalue of A preconditioned by `by`, or by the 3x3 blocks of its diagonal where
-/// that is null, from a few steps of conjugate gradients (Lanczos).
+/// that is null, from a few steps of conjugate gradients (Lanczos). Infinity if these end in
+/// numbers that are not finite.
 double largest_eigenvalue(Mat A, PC by = nullptr) {
     PetscHandle<KSP> ksp;
     PetscHandle<Vec> b, x;
@@ -41,6 +43,14 @@ double largest_eigenvalue(Mat A, PC by = nullptr) {
             v = static_cast<double>(state = state * 1664525u + 1013904223u) / 4294967296.0 - 0.5;
     }
     LIVETET_PETSC(KSPSolve(ksp.get(), b.get(), x.get()));
+    // PETSc looks for the eigenvalues of what is not finite without end.
+    KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
+    PetscReal residual = 0, size = 0;
+    LIVETET_PETSC(KSPGetConvergedReason(ksp.get(), &reason));
+    LIVETET_PETSC(KSPGetResidualNorm(ksp.get(), &residual));
+    LIVETET_PETSC(VecNorm(x.get(), NORM_2, &size));
+    if (reason == KSP_DIVERGED_NANORINF || !std::isfinite(residual + size))
+        return std::numeric_limits<double>::infinity();
     PetscReal real[12], imaginary[12];
     PetscInt count = 0;
     LIVETET_PETSC(KSPComputeEigenvalues(ksp.get(), 12, real, imaginary, &count));
