@@ -80,7 +80,7 @@ void StoppingTest::measure_step(KSP ksp) {
     }
     const ReadArray x(now);
     WriteArray y(previous_.get());
-    // Summed by pieces that do not depend on the number of threads, nor then do the bits.
+    // Sums of pieces of fixed length: the same bits on any number of threads.
     const std::size_t size = y.span().size();
     piece_sums_.resize((size + piece - 1) / piece);
     team_.run_pieces(piece_sums_.size(), 1, [&](std::size_t first, std::size_t last) {

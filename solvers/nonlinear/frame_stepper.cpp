@@ -26,9 +26,9 @@ constexpr int steps_to_settle = 10;
 /// A step leads far if any node moves more than this many times the prescribed motion.
 constexpr double max_reach = 8;
 
-/// A frame whose step led far makes up to this many further Newton iterations if forces are out of
-/// balance by more than this part of them.
+/// A frame that searched along its first step makes up to so many further Newton iterations ...
 constexpr int further_iterations = 2;
+/// ... if the residual is still larger than this part of the forces at work.
 constexpr double lasting_imbalance = 0.5;
 
 void renew_mean(double& mean, double value) { mean += newest * (value - mean); }
@@ -80,7 +80,8 @@ StepReport FrameStepper::advance(const FrameControls& controls) {
             report.converged && (linear.converged || (linear.cut_short && may_end_early));
         report.linear_residual = imbalance > 0 ? linear.residual / imbalance : 0;
         ++report.newton_iterations;
-        // While prescribed nodes move, a search would take up their motion but not its effect.
+        // Not while prescribed nodes move: the search would shorten what the tissue does, but not
+        // what they do.
         const bool searches = k > 0 || (!moves && leads_far() && !solver_.fine().is_linear());
         if (k == 0) {
             history_.push(du_.get(), dp_.get());
