@@ -8,7 +8,8 @@ include(CMakePackageConfigHelpers)
 function(livetet_export target)
   string(REGEX REPLACE "^livetet_" "" name ${target})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
-  install(TARGETS ${target} EXPORT livetetTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
+  install(TARGETS ${target} EXPORT livetetTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
+    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library NAMELINK_COMPONENT development)
   cmake_path(RELATIVE_PATH CMAKE_CURRENT_SOURCE_DIR BASE_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_VARIABLE folder)
   cmake_path(APPEND folder ${ARGN})
   set_property(GLOBAL APPEND PROPERTY livetet_header_folders ${folder})
@@ -28,6 +29,7 @@ function(livetet_install_package)
     include(\"${PROJECT_SOURCE_DIR}/cmake/collect_headers.cmake\")
     file(INSTALL \"${PROJECT_BINARY_DIR}/include/livetet\"
       DESTINATION \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_INCLUDEDIR}\" TYPE DIRECTORY)" COMPONENT development)
+  livetet_finds_libraries(livetet ${CMAKE_INSTALL_BINDIR})
   install(TARGETS livetet RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
   install(EXPORT livetetTargets NAMESPACE livetet:: DESTINATION ${package} COMPONENT development)
   configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/livetetConfig.cmake.in

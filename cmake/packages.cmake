@@ -101,6 +101,18 @@ function(livetet_why_no_packages variable)
   set(${variable} "${reason}" PARENT_SCOPE)
 endfunction()
 
+# Sets `variable` to what a package depends on whose programs are linked with the shared libraries of this project, or empty if
+# they are static.
+function(livetet_library_dependency variable)
+  set(depends "")
+  if(LIVETET_DISPATCH)
+    math(EXPR next "${PROJECT_VERSION_PATCH} + 1")
+    set(after ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}.${next})
+    set(depends "liblivetet${PROJECT_VERSION} (>= ${PROJECT_VERSION}), liblivetet${PROJECT_VERSION} (<< ${after}~)")
+  endif()
+  set(${variable} "${depends}" PARENT_SCOPE)
+endfunction()
+
 # After the last livetet_debian_package() and install().
 macro(livetet_make_packages)
   get_property(CPACK_COMPONENTS_ALL GLOBAL PROPERTY livetet_package_components)
@@ -121,6 +133,7 @@ macro(livetet_make_packages)
   set(CPACK_DEBIAN_PACKAGE_RELEASE ${LIVETET_DEBIAN_REVISION})
   set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
   set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+  set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${livetet_dispatched_folder})
   livetet_why_no_packages(CPACK_LIVETET_UNFIT)
   set(CPACK_PROJECT_CONFIG_FILE ${PROJECT_SOURCE_DIR}/cmake/check_package_build.cmake)
   include(CPack)
@@ -135,6 +148,19 @@ cmake_path(GET gmsh_library FILENAME gmsh_library)
 livetet_package_of_library(${gmsh_library} gmsh_package)
 livetet_development_dependencies(development)
 
+livetet_library_dependency(library)
+
+if(LIVETET_DISPATCH)
+  livetet_debian_package(library liblivetet${PROJECT_VERSION} SECTION libs
+    SUMMARY "real-time soft-tissue simulation: shared libraries"
+    DESCRIPTION "Livetet makes a finite element model of an organ follow tracked sensors.
+.
+This package holds the numerical libraries for several instruction sets: the
+loader takes those that suit the processor best."
+    RECOMMENDS libopenblas0-serial)
+  livetet_package_setting(LIBRARY_PACKAGE_GENERATE_SHLIBS ON)
+endif()
+
 livetet_debian_package(program livetet SECTION science
   SUMMARY "real-time soft-tissue simulation for image-guided surgery"
   DESCRIPTION "Livetet makes a finite element model of an organ follow tracked sensors. From a
@@ -145,16 +171,16 @@ and dynamic studies under mpirun.
 .
 This package holds the program, its manual pages, shell completions and the
 JSON schemas of scenes and studies. It is no medical device."
-  DEPENDS ${gmsh_package} openmpi-bin
+  DEPENDS ${library} ${gmsh_package} openmpi-bin
   RECOMMENDS libopenblas0-serial xvfb xauth livetet-doc)
 
 livetet_debian_package(development livetet-dev SECTION libdevel
   SUMMARY "real-time soft-tissue simulation: C++ library"
   DESCRIPTION "Livetet makes a finite element model of an organ follow tracked sensors.
 .
-This package holds the C++20 headers, the static libraries and the package
-that CMake's find_package(livetet) reads."
-  DEPENDS ${gmsh_package} ${development}
+This package holds the C++20 headers, what programs are linked with, and the
+package that CMake's find_package(livetet) reads."
+  DEPENDS ${library} ${gmsh_package} ${development}
   RECOMMENDS cmake g++ livetet-doc)
 
 livetet_debian_package(documentation livetet-doc ALL SECTION doc
@@ -174,6 +200,6 @@ if(TARGET livetet_python)
     SUMMARY "real-time soft-tissue simulation: Python module"
     DESCRIPTION "This package holds the Python module livetet: meshes, scenes, solves, the
 tracked body frame by frame, registration and results as numpy arrays."
-    DEPENDS ${gmsh_package} openmpi-bin python3-numpy "python3 (>= 3.${Python3_VERSION_MINOR})" "python3 (<< 3.${next_minor})"
+    DEPENDS ${library} ${gmsh_package} openmpi-bin python3-numpy "python3 (>= 3.${Python3_VERSION_MINOR})" "python3 (<< 3.${next_minor})"
     RECOMMENDS libopenblas0-serial python3-mpi4py)
 endif()

@@ -4,6 +4,7 @@ cmake_minimum_required(VERSION 3.25)
 #     LIBDIR   where libraries are installed below the prefix
 #     VERSION  of the project
 #     PYTHON   whether the build has the Python module
+#     DISPATCH whether the numerical libraries are shared
 #     LINT     whether lintian judges the packages, if it is installed: half a minute more
 set(place ${BUILD}/packages-test)
 function(run variable)
@@ -44,7 +45,11 @@ set(program livetet_${VERSION}-${revision}_${architecture}.deb)
 set(development livetet-dev_${VERSION}-${revision}_${architecture}.deb)
 set(documentation livetet-doc_${VERSION}-${revision}_all.deb)
 set(python python3-livetet_${VERSION}-${revision}_${architecture}.deb)
+set(library liblivetet${VERSION}_${VERSION}-${revision}_${architecture}.deb)
 set(of_machine program development)  # whose files a plain `cmake --install` installs
+if(DISPATCH)
+  list(APPEND of_machine library)
+endif()
 if(PYTHON)
   list(APPEND of_machine python)
 endif()
@@ -74,6 +79,15 @@ require_match("Depends of ${development}" "${depends}" "libeigen3-dev \\(>= [0-9
   "libpetsc-real-dev \\(>= " "libvtk9-dev \\(>= " "libfmt-dev \\(>= ")
 if(depends MATCHES "libgtest|libbenchmark|libopenigtlink|libcli11")
   message(FATAL_ERROR "${development} depends on what only the tests or the program need: ${depends}")
+endif()
+if(DISPATCH)
+  foreach(package program development python)
+    if(${package} IN_LIST of_machine)
+      run(depends dpkg-deb --field ${place}/${${package}} Depends)
+      require_match("Depends of ${${package}}" "${depends}" "liblivetet${VERSION} \\(>= ${VERSION}\\)")
+    endif()
+  endforeach()
+  set(ENV{LD_LIBRARY_PATH} ${place}/library/usr/${LIBDIR})  # where apt would put it
 endif()
 set(executable ${place}/program/usr/bin/livetet)
 run(dynamic readelf --dynamic --wide ${executable})
@@ -109,8 +123,12 @@ foreach(file IN LISTS packaged)
     message(FATAL_ERROR "${file} is packaged, but not installed")
   endif()
 endforeach()
+set(core liblivetet_core.a)
+if(DISPATCH)
+  set(core liblivetet_core.so)
+endif()
 foreach(file program/usr/share/man/man1/livetet-solve.1.gz program/usr/share/livetet/scene.schema.json
-    development/usr/include/livetet/mesh/tet_mesh.hpp development/usr/${LIBDIR}/liblivetet_core.a
+    development/usr/include/livetet/mesh/tet_mesh.hpp development/usr/${LIBDIR}/${core}
     development/usr/${LIBDIR}/cmake/livetet/livetetConfig.cmake documentation/usr/share/doc/livetet-doc/docs/tutorial.md
     documentation/usr/share/doc/livetet-doc/examples/static_beam.cpp)
   if(NOT EXISTS ${place}/${file})

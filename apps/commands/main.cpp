@@ -13,6 +13,7 @@
 
 #include "apps/commands/commands.hpp"
 #include "base/error.hpp"
+#include "base/instruction_set.hpp"
 #include "base/petsc.hpp"
 #include "base/run_program.hpp"
 #include "base/temporary_files.hpp"
@@ -182,6 +183,13 @@ void run_command(CLI::App& app, int argc, char** argv) {
             "standard output: not all could be written; is the disk full, or its reader gone?");
 }
 
+std::string version_text() {
+    std::string text = LIVETET_VERSION;
+    if (const std::string_view set = livetet::instruction_set(); !set.empty())
+        text += fmt::format("\nnumerical libraries for {}", set);
+    return text;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -191,7 +199,7 @@ int main(int argc, char** argv) {
         "Livetet: an organ's image follows the organ. A segmented image becomes a finite element "
         "model that tracked\n"
         "sensors move, each frame."};
-    app.set_version_flag("--version", LIVETET_VERSION);
+    app.set_version_flag("--version", version_text());
     app.require_subcommand(1);
     app.footer(
         "Help of a command: livetet COMMAND --help. Exit status: 0 success, 1 a benchmark missed a "
