@@ -130,6 +130,9 @@ std::unique_ptr<LinearSolver> make_linear_solver(const DistributedHierarchy& mes
     using Role = DisplacementSolver::Role;
     if (resolved_formulation(model) == Formulation::displacement)
         return make_displacement_solver(mesh, model, options, Role::solver, team);
+    if (options.kind == SolverKind::live)
+        return std::make_unique<SaddlePointSolver>(
+            std::make_unique<LiveSolver>(mesh, model, options, Role::preconditioner, team), team);
     return std::make_unique<SaddlePointSolver>(
         make_displacement_solver(mesh, model, options, Role::preconditioner, team), team);
 }

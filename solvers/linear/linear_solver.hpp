@@ -164,7 +164,7 @@ class LinearSolver {
     virtual SolverCosts costs() const { return costs_; }
 
     /// Bytes that renewing the operators, and a solve of so many iterations from two guesses, move
-    /// at least. LiveSolver only; 0 for the others.
+    /// at least; 0 from solvers that do not count them.
     virtual double bytes_of_update() const { return 0; }
     virtual double bytes_of_solve(double /*iterations*/) const { return 0; }
 

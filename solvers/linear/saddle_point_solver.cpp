@@ -48,6 +48,13 @@ PetscHandle<KSP> make_schur_steps(Mat minus_schur) {
 }  // namespace
 
 SaddlePointSolver::SaddlePointSolver(std::unique_ptr<DisplacementSolver> inner, ThreadTeam& team)
+    : SaddlePointSolver{nullptr, std::move(inner), team} {}
+
+SaddlePointSolver::SaddlePointSolver(std::unique_ptr<LiveSolver> inner, ThreadTeam& team)
+    : SaddlePointSolver{inner.get(), std::move(inner), team} {}  // braces: from left to right
+
+SaddlePointSolver::SaddlePointSolver(LiveSolver* live, std::unique_ptr<DisplacementSolver> inner,
+                                     ThreadTeam& team)
     : LinearSolver(inner->tet_count()),
       inner_(std::move(inner)),
       stopping_(team, ErrorEstimate::none) {
@@ -56,7 +63,7 @@ SaddlePointSolver::SaddlePointSolver(std::unique_ptr<DisplacementSolver> inner, 
         coupling_ = std::make_unique<PressureCoupling>(fine());
     }
     const HeapMeter meter(&costs_.preconditioner);
-    if (auto* live = dynamic_cast<LiveSolver*>(inner_.get()))
+    if (live)
         live_ = std::make_unique<LiveSaddlePoint>(*live, *coupling_,
                                                   make_schur_steps(coupling_->minus_schur()));
     else

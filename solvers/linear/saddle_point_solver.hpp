@@ -6,6 +6,7 @@
 namespace livetet {
 
 class LiveSaddlePoint;
+class LiveSolver;
 
 /// The mixed form's solver: FGMRES for [K B^T; B -C] (see PressureCoupling), preconditioned by the
 /// block triangle
@@ -23,6 +24,7 @@ class SaddlePointSolver : public LinearSolver {
   public:
     /// `inner`: of role `preconditioner`. `team` must outlive this.
     SaddlePointSolver(std::unique_ptr<DisplacementSolver> inner, ThreadTeam& team);
+    SaddlePointSolver(std::unique_ptr<LiveSolver> inner, ThreadTeam& team);
     ~SaddlePointSolver() override;
 
     LevelAssembler& fine() override { return inner_->fine(); }
@@ -43,6 +45,9 @@ class SaddlePointSolver : public LinearSolver {
     double bytes_of_solve(double iterations) const override;
 
   private:
+    /// `live`: `inner`, if it is one.
+    SaddlePointSolver(LiveSolver* live, std::unique_ptr<DisplacementSolver> inner,
+                      ThreadTeam& team);
     RenewalExtent renew(const Configuration& at, const OperatorTerms& terms,
                         RenewalExtent wanted) override;
     KSP outer_krylov() const override { return krylov_.get(); }
