@@ -36,6 +36,21 @@ std::string path_of(const std::string& target) {
     return "src/" + target;
 }
 
+/// The top folder of what a test, an example or a benchmark includes as `target`; empty: a file
+/// beside it.
+std::string top_of(const std::string& target) {
+    const auto slash = target.find('/');
+    if (slash == target.npos) return {};
+    const auto first = target.substr(0, slash);
+    for (const auto* top :
+         {"apps", "io", "meshing", "solvers", "support", "fuzz", "house", "livetet"}) {
+        if (first == top) {
+            return first;
+        }
+    }
+    return "src";
+}
+
 /// The folder with an arrow of its own that a file is in: src/mesh, io/openigtlink, io.
 std::string folder_of(const std::string& path) {
     const auto first = path.find('/');
@@ -124,6 +139,38 @@ std::vector<std::string> wrong_includes(const SourceFiles& files, const Arrows& 
                 target.starts_with("petsc") || target == "mpi.h" || target == "base/petsc.hpp";
             if (petsc && file.starts_with("src/") && file != "src/base/petsc.hpp") {
                 wrong.push_back(file + ": includes " + target + " (PETSc belongs to solvers)");
+            }
+        }
+    }
+    return wrong;
+}
+
+std::vector<std::string> wrong_includes_of_users(const SourceFiles& files) {
+    const std::map<std::string, std::set<std::string>> allowed{
+        {"tests/src", {"src", "support"}},
+        {"tests/support", {"src", "solvers", "support"}},
+        {"tests/io", {"src", "io", "support"}},
+        {"tests/interop", {"src", "io", "support"}},
+        {"tests/meshing", {"src", "meshing", "support"}},
+        {"tests/solvers", {"src", "solvers", "meshing", "support"}},
+        {"tests/apps", {"src", "io", "meshing", "solvers", "apps", "support"}},
+        {"tests/fuzz", {"src", "io", "meshing", "solvers", "apps", "support", "fuzz"}},
+        {"tests/house", {"house"}},
+        {"benchmarks", {"src", "solvers", "support"}},
+        {"examples", {"livetet"}},
+    };
+    std::vector<std::string> wrong;
+    for (const auto& [file, text] : files) {
+        const auto top = file.substr(0, file.find('/'));
+        const auto tops = allowed.find(top == "tests" ? folder_of(file) : top);
+        if (tops == allowed.end()) {
+            wrong.push_back(file + ": its folder has no arrows");
+            continue;
+        }
+        for (const auto& [target, quoted] : includes(text)) {
+            const auto of_target = top_of(target);
+            if (quoted && !of_target.empty() && !tops->second.contains(of_target)) {
+                wrong.push_back(file + ": includes " + target);
             }
         }
     }

@@ -21,6 +21,10 @@ Arrows arrows(const std::string& apps_cmake);
 /// of base/petsc.hpp.
 std::vector<std::string> wrong_includes(const SourceFiles& files, const Arrows& arrows);
 
+/// Every include of `files` of tests/, examples/ and benchmarks/ that they may not have: a test
+/// includes what it tests and what that may include; an example installed headers alone.
+std::vector<std::string> wrong_includes_of_users(const SourceFiles& files);
+
 /// Every circle of files that include each other, told once.
 std::vector<std::string> include_circles(const SourceFiles& files);
 

@@ -27,6 +27,28 @@ TEST(Includes, NoFilesOfTheTreeIncludeEachOther) {
     EXPECT_TRUE(circles.empty()) << lines(circles);
 }
 
+TEST(Includes, ThoseOfTestsExamplesAndBenchmarksFollowTheirArrows) {
+    const auto files = read_sources(tree_root(), {"tests", "examples", "benchmarks"});
+    ASSERT_GT(files.size(), 200u);
+    const auto wrong = wrong_includes_of_users(files);
+    EXPECT_TRUE(wrong.empty()) << lines(wrong);
+}
+
+TEST(Includes, ATestThatReachesBeyondWhatItTestsIsFound) {
+    const SourceFiles files{
+        {"tests/src/mesh/a_test.cpp", "#include \"solvers/linear/transfer.hpp\"\n"},
+        {"tests/io/b_test.cpp", "#include \"meshing/quality.hpp\"\n"},
+        {"examples/c.cpp", "#include \"mesh/tet_mesh.hpp\"\n"},
+        {"benchmarks/d.cpp", "#include \"apps/scene/scene.hpp\"\n"},
+        {"tests/new/e.cpp", ""},
+    };
+    EXPECT_EQ(wrong_includes_of_users(files).size(), files.size());
+    EXPECT_TRUE(
+        wrong_includes_of_users({{"tests/solvers/f_test.cpp",
+                                  "#include \"files.hpp\"\n#include \"mesh/shapes.hpp\"\n"}})
+            .empty());
+}
+
 TEST(Includes, AnArrowAgainstTheHouseIsFound) {
     const SourceFiles files{
         {"src/mesh/a.cpp", "#include \"image/image.hpp\"\n"},

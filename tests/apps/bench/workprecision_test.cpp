@@ -8,7 +8,6 @@
 
 #include "apps/bench/convergence_bodies.hpp"
 #include "apps/bench/sampled_run.hpp"
-#include "apps/plots/pareto.hpp"
 #include "io/hierarchy_file.hpp"
 #include "support/program.hpp"
 #include "support/shapes.hpp"
@@ -45,13 +44,6 @@ std::map<std::string, json> choices_of(const Folder& folder) {
         by_name[choice.at("varied").get<std::string>() + "|" +
                 choice.at("name").get<std::string>()] = choice;
     return by_name;
-}
-
-TEST(Pareto, HoldsWhatNothingIsBetterThan) {
-    EXPECT_EQ(pareto_front({4, 1, 2, 3, 2}, {1, 9, 5, 6, 5.5}),
-              (std::vector<std::size_t>{1, 2, 0}));
-    EXPECT_EQ(pareto_front({}, {}), std::vector<std::size_t>{});
-    EXPECT_EQ(pareto_front({1, 1}, {2, 2}).size(), 1u);
 }
 
 TEST(Samples, DifferencesAreWeighedByVolumeAndTakenAtTimesThatBothHave) {
