@@ -48,16 +48,18 @@ MeshHierarchy front_mesh(const FrontMesh& mesh, const PhantomImages& images, con
     return mesh_phantom(images, {"", mesh.tets, 0, 0, 0}, progress, grading);
 }
 
-Scene front_scene(Elements elements, const std::string& law, const FrontOptions& options) {
+Scene front_scene(const FrontMesh& mesh, const std::string& law, const Truth& truth,
+                  const FrontOptions& options) {
     Scene scene = phantom_scene(TimeScheme::static_equilibrium);
     scene.materials = {{.young_Pa = 3000, .poisson = options.poisson, .density_kg_per_m3 = 1060}};
-    scene.elements = elements;
+    scene.elements = mesh.elements;
     scene.strain = std::string_view(law);
     scene.time.step_s = 1 / rate;
     scene.solver.threads = options.threads;
     scene.solver.relative_tolerance = 1e-9;  // iterations are given
     scene.track->smoothing_Hz = 0;           // the sensor has no noise
     scene.track->base_window_s = 0.1;
+    if (mesh.graded) scene.track->sensors.front().place_mm = 1e3 * truth.sensor_rest;
     return scene;
 }
 
@@ -69,7 +71,7 @@ class FrontRun {
         : truth_(truth),
           limits_{.max_iterations = iterations},
           judged_(judged_targets(truth)),
-          follower_(front_scene(mesh.elements, law, options), hierarchy, tracker()),
+          follower_(front_scene(mesh, law, truth, options), hierarchy, tracker()),
           targets_(follower_.mesh(), places()),
           row_{.elements = name_of(mesh.elements),
                .law = law,
@@ -171,16 +173,17 @@ std::vector<FrontRow> measure_front(const FrontOptions& options, ProgressLine& p
     const PressedOrgan organ = press_organ(
         images, options.truth_tets, {0.0025, 0.005, 0.0075, 0.01, 0.0125, press},
         progress.callback(), {.poisson = options.poisson, .sharp_rim = true, .patch_edge = 0.002});
-    const bool is_mixed =
-        resolved_formulation(elastic_model(front_scene(Elements::p1, "corotated", options))) ==
-        Formulation::mixed;
+    const auto is_mixed = [&](const FrontMesh& mesh, const std::string& law) {
+        const Scene scene = front_scene(mesh, law, organ.truth, options);
+        return resolved_formulation(elastic_model(scene)) == Formulation::mixed;
+    };
     constexpr int pairs[2][2] = {{1, 3}, {2, 4}};  // of iterations; more with pressures
     std::vector<FrontRow> rows;
     for (std::size_t k = 0; k < std::size(meshes); ++k) {
         const FrontMesh& mesh = meshes[k];
         const MeshHierarchy hierarchy = front_mesh(mesh, images, organ.truth, progress.callback());
         for (const std::string& law : laws_on(mesh))
-            for (const int iterations : is_mixed ? pairs[1] : pairs[0]) {
+            for (const int iterations : pairs[is_mixed(mesh, law)]) {
                 progress.update(0.2 + 0.8 * static_cast<double>(k) / std::size(meshes),
                                 fmt::format("front: {}, {} tets, {}, {}", name_of(mesh.elements),
                                             mesh.tets, name_of_mesh(mesh.graded), law));

@@ -298,7 +298,11 @@ std::vector<Vector3> scene_forces(const Scene& scene, const TetMesh& mesh) {
 }
 
 ElasticModel elastic_model(const Scene& scene) {
-    return {scene.materials, scene.strain, scene.formulation};
+    const bool has_graded_patches =
+        scene.track && std::ranges::any_of(scene.track->sensors, [](const SensorOptions& s) {
+            return s.place_mm.has_value();
+        });
+    return {scene.materials, scene.strain, scene.formulation, has_graded_patches};
 }
 
 SolverOptions solver_options(const Scene& scene, const MeshHierarchy& hierarchy, Use use) {

@@ -47,6 +47,8 @@ struct ElasticModel {
     std::span<const Material> materials;
     ModelChoice strain = "corotated";  ///< of the materials that name no model
     Formulation formulation = Formulation::automatic;
+    /// Whether patches move from frame to frame on a mesh that is graded at them.
+    bool has_graded_patches = false;
 };
 
 /// A formulation that is not `automatic`, and why it is taken.
@@ -55,7 +57,8 @@ struct ChosenFormulation {
     std::string reason;
 };
 /// `automatic` means mixed from a Poisson's ratio of 0.49 on: below, locking costs less than
-/// pressures do.
+/// pressures do. It means mixed, too, for finite strain with graded patches: there a frame moves the
+/// patch by much of an edge at its rim, tets invert, and displacements alone do not bring them back.
 ChosenFormulation choose_formulation(const ElasticModel& model);
 inline Formulation resolved_formulation(const ElasticModel& model) {
     return choose_formulation(model).formulation;

@@ -63,6 +63,13 @@ inline bool is_small_strain(std::span<const Material> materials, const ModelChoi
     });
 }
 
+/// Whether any material of such a body is of finite strain.
+inline bool has_finite_strain(std::span<const Material> materials, const ModelChoice& body) {
+    return std::any_of(materials.begin(), materials.end(), [&](const Material& m) {
+        return model_of(m, body).kinematics() == Kinematics::finite_strain;
+    });
+}
+
 /// Ratio of the largest Young's modulus to the smallest. There is at least one material.
 inline double contrast_of(std::span<const Material> materials) {
     double smallest = materials.front().young_Pa, largest = smallest;

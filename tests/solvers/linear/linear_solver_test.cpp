@@ -131,6 +131,24 @@ INSTANTIATE_TEST_SUITE_P(
                          CoarseOperator::rediscretised, Formulation::mixed}),
     [](const auto& info) { return std::string(info.param.name); });
 
+TEST(ChooseFormulation, PressuresWhereDisplacementsLockOrInvert) {
+    std::vector<Material> materials{{.young_Pa = 4000, .poisson = 0.45}};
+    const auto chosen = [&](const ModelChoice& strain, bool graded,
+                            Formulation asked = Formulation::automatic) {
+        return resolved_formulation({materials, strain, asked, graded});
+    };
+    EXPECT_EQ(chosen("neohookean", false), Formulation::displacement);
+    EXPECT_EQ(chosen("neohookean", true), Formulation::mixed);
+    EXPECT_EQ(chosen("corotated", true), Formulation::displacement);
+    EXPECT_EQ(chosen("neohookean", true, Formulation::displacement), Formulation::displacement);
+    EXPECT_EQ(choose_formulation({materials, "neohookean", Formulation::automatic, true}).reason,
+              "finite strain on a mesh that is graded at patches");
+    materials[0].poisson = 0.49;
+    EXPECT_EQ(chosen("corotated", false), Formulation::mixed);
+    materials[0].poisson = 0;  // no pressure can stand for lambda = 0
+    EXPECT_EQ(chosen("neohookean", true), Formulation::displacement);
+}
+
 TEST(MakeLinearSolver, SaysWhatAKindCannotSolve) {
     const std::vector<Material> rubber{{.young_Pa = 4000, .poisson = 0.4}};
     const MeshHierarchy one = make_hierarchy({test::block({3, 2, 2}, test::beam_size)}, "");
