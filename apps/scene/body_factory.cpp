@@ -79,12 +79,7 @@ std::vector<std::int32_t> selected(const TetMesh& mesh, const SelectionOptions& 
 std::vector<std::int32_t> select_nodes(const TetMesh& mesh, const SelectionOptions& s,
                                        const std::string& key) {
     std::vector<std::int32_t> nodes = selected(mesh, s, key);
-    if (s.where == NodeScope::surface_only) {
-        const auto surface = surface_nodes(mesh);
-        std::erase_if(nodes, [&](std::int32_t n) {
-            return !std::binary_search(surface.begin(), surface.end(), n);
-        });
-    }
+    if (s.where == NodeScope::surface_only) nodes = surface_nodes_among(mesh, nodes);
     if (nodes.empty()) {
         Vector3 low = mesh.nodes.front(), high = low;
         for (const Vector3& x : mesh.nodes) {
@@ -261,12 +256,16 @@ std::vector<Triangle> loaded_triangles(const TetMesh& mesh, const LoadOptions& l
     if (load.group)
         if (const auto set = mesh.triangle_sets.find(*load.group); set != mesh.triangle_sets.end())
             return set->second;
-    std::vector<Triangle> triangles = boundary_triangles(mesh.tets);
-    std::erase_if(triangles, [&](const Triangle& t) {
-        return !std::all_of(t.begin(), t.end(), [&](std::int32_t n) {
-            return std::binary_search(nodes.begin(), nodes.end(), n);
-        });
-    });
+    std::vector<bool> is_selected(mesh.nodes.size(), false);
+    for (const std::int32_t n : nodes) is_selected[n] = true;
+    const auto selected = [&](std::int32_t n) { return bool(is_selected[n]); };
+    // Both tets at a face of selected corners have three of these.
+    std::vector<Tet> around;
+    for (const Tet& t : mesh.tets)
+        if (std::count_if(t.begin(), t.end(), selected) >= 3) around.push_back(t);
+    std::vector<Triangle> triangles = boundary_triangles(around);
+    std::erase_if(triangles,
+                  [&](const Triangle& t) { return !std::all_of(t.begin(), t.end(), selected); });
     return triangles;
 }
 
@@ -275,7 +274,6 @@ std::vector<Triangle> loaded_triangles(const TetMesh& mesh, const LoadOptions& l
 std::vector<Vector3> scene_forces(const Scene& scene, const TetMesh& mesh) {
     if (scene.gravity_m_per_s2 == Vector3::Zero() && scene.loads.empty()) return {};
     auto force = gravity_load(mesh, scene.materials, scene.gravity_m_per_s2);
-    const EdgeNodes edges(mesh);
     for (std::size_t i = 0; i < scene.loads.size(); ++i) {
         const LoadOptions& load = scene.loads[i];
         const std::string key = fmt::format("loads[{}]", i);
@@ -286,6 +284,7 @@ std::vector<Vector3> scene_forces(const Scene& scene, const TetMesh& mesh) {
         const std::vector<Triangle> triangles = loaded_triangles(mesh, load, nodes);
         if (triangles.empty())
             fail("{} selects no whole triangle of the surface for its traction or pressure", key);
+        const EdgeNodes edges(mesh, triangles);
         for (const Triangle& t : triangles) {
             const Vector3 area =
                 0.5 *

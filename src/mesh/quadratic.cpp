@@ -92,6 +92,23 @@ EdgeNodes::EdgeNodes(const TetMesh& mesh) {
                 mesh.edge_nodes[e][k]);
 }
 
+EdgeNodes::EdgeNodes(const TetMesh& mesh, std::span<const Triangle> triangles) {
+    if (mesh.edge_nodes.empty()) return;
+    std::vector<bool> is_corner(mesh.nodes.size(), false);
+    for (const Triangle& t : triangles)
+        for (int k = 0; k < 3; ++k) {
+            is_corner[t[k]] = true;
+            middles_.try_emplace(edge_key(t[k], t[(k + 1) % 3]), -1);
+        }
+    for (std::size_t e = 0; e < mesh.edge_nodes.size(); ++e)
+        for (int k = 0; k < 6; ++k) {
+            const std::int32_t a = mesh.tets[e][tet_edges[k][0]], b = mesh.tets[e][tet_edges[k][1]];
+            if (!is_corner[a] || !is_corner[b]) continue;
+            const auto found = middles_.find(edge_key(a, b));
+            if (found != middles_.end()) found->second = mesh.edge_nodes[e][k];
+        }
+}
+
 std::int32_t EdgeNodes::between(std::int32_t a, std::int32_t b) const {
     const auto found = middles_.find(edge_key(a, b));
     return found == middles_.end() ? -1 : found->second;
@@ -120,26 +137,57 @@ std::vector<Vector3> PointSampler::sample(std::span<const Vector3> values) const
     return at_points;
 }
 
-std::vector<std::int32_t> surface_nodes(const TetMesh& mesh) {
-    return with_edge_nodes_between(mesh, nodes_of(boundary_triangles(mesh.tets)));
-}
+namespace {
 
-std::vector<std::int32_t> with_edge_nodes_between(const TetMesh& mesh,
-                                                  std::vector<std::int32_t> nodes) {
-    std::sort(nodes.begin(), nodes.end());
+/// Adds the nodes between two corners of `nodes`, which are sorted, along the edges of `triangles`.
+std::vector<std::int32_t> with_middles(const TetMesh& mesh, std::span<const Triangle> triangles,
+                                       std::vector<std::int32_t> nodes) {
     if (mesh.edge_nodes.empty()) return nodes;
-    const EdgeNodes edges(mesh);
+    const EdgeNodes edges(mesh, triangles);
     const std::size_t given = nodes.size();
     const auto has = [&](std::int32_t n) {
         return std::binary_search(nodes.begin(), nodes.begin() + given, n);
     };
-    for (const Triangle& t : boundary_triangles(mesh.tets))
+    for (const Triangle& t : triangles)
         for (int k = 0; k < 3; ++k)
             if (const std::int32_t a = t[k], b = t[(k + 1) % 3]; has(a) && has(b))
                 nodes.push_back(edges.between(a, b));
     std::sort(nodes.begin(), nodes.end());
     nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
     return nodes;
+}
+
+}  // namespace
+
+std::vector<std::int32_t> surface_nodes(const TetMesh& mesh) {
+    const std::vector<Triangle> triangles = boundary_triangles(mesh.tets);
+    return with_middles(mesh, triangles, nodes_of(triangles));
+}
+
+std::vector<std::int32_t> surface_nodes_among(const TetMesh& mesh,
+                                              std::span<const std::int32_t> nodes) {
+    std::vector<bool> is_given(mesh.nodes.size(), false);
+    for (const std::int32_t n : nodes) is_given[n] = true;
+    const auto given = [&](std::int32_t n) { return bool(is_given[n]); };
+    // All tets at a face with a given node are among those at that node.
+    std::vector<Tet> around;
+    for (std::size_t e = 0; e < mesh.tets.size(); ++e)
+        if (const Tet& t = mesh.tets[e];
+            std::any_of(t.begin(), t.end(), given) ||
+            (!mesh.edge_nodes.empty() &&
+             std::any_of(mesh.edge_nodes[e].begin(), mesh.edge_nodes[e].end(), given)))
+            around.push_back(t);
+    const std::vector<Triangle> triangles = boundary_triangles(around);
+    std::vector<std::int32_t> found = with_middles(mesh, triangles, nodes_of(triangles));
+    std::erase_if(found, [&](std::int32_t n) { return !is_given[n]; });
+    return found;
+}
+
+std::vector<std::int32_t> with_edge_nodes_between(const TetMesh& mesh,
+                                                  std::vector<std::int32_t> nodes) {
+    std::sort(nodes.begin(), nodes.end());
+    if (mesh.edge_nodes.empty()) return nodes;
+    return with_middles(mesh, boundary_triangles(mesh.tets), std::move(nodes));
 }
 
 std::array<std::int32_t, 3> traction_nodes(const Triangle& t, const EdgeNodes& edges) {

@@ -25,6 +25,8 @@ MeshHierarchy with_quadratic_level(MeshHierarchy hierarchy);
 class EdgeNodes {
   public:
     explicit EdgeNodes(const TetMesh& mesh);
+    /// Only those on the edges of some triangles, which are faces of the mesh.
+    EdgeNodes(const TetMesh& mesh, std::span<const Triangle> triangles);
     /// The midpoint node of the edge a-b; -1 if there is none.
     std::int32_t between(std::int32_t a, std::int32_t b) const;
     bool empty() const { return middles_.empty(); }
@@ -62,6 +64,11 @@ class PointSampler {
 
 /// All surface nodes, edge midpoints included, sorted.
 std::vector<std::int32_t> surface_nodes(const TetMesh& mesh);
+
+/// Those of `nodes` that are on the surface, edge midpoints included, sorted. Looks at no more than
+/// the tets at these nodes.
+std::vector<std::int32_t> surface_nodes_among(const TetMesh& mesh,
+                                              std::span<const std::int32_t> nodes);
 
 /// `nodes` and, in a P2 mesh, the midpoints of surface edges between two of them, sorted.
 std::vector<std::int32_t> with_edge_nodes_between(const TetMesh& mesh,

@@ -23,33 +23,50 @@ double volume(const TetMesh& mesh) {
 }
 
 std::vector<Triangle> boundary_triangles(std::span<const Tet> tets) {
-    struct Face {
-        Triangle sorted, wound;
-        std::size_t order;
+    if (tets.size() > (std::size_t{1} << 30))
+        fail("surface of a mesh: found {} tets, expected at most 2^30", tets.size());
+    const auto wound = [&](std::size_t face) {
+        const Tet& t = tets[face / 4];
+        const auto& f = tet_faces[face % 4];
+        return Triangle{t[f[0]], t[f[1]], t[f[2]]};
     };
-    std::vector<Face> all;
-    all.reserve(4 * tets.size());
+    // Faces by their lowest node: the few at one node are compared with each other.
+    std::int32_t node_count = 0;
     for (const Tet& t : tets)
-        for (const auto& f : tet_faces) {
-            const Triangle wound{t[f[0]], t[f[1]], t[f[2]]};
-            Triangle sorted = wound;
+        node_count = std::max(node_count, *std::max_element(t.begin(), t.end()) + 1);
+    std::vector<std::size_t> end(static_cast<std::size_t>(node_count) + 1, 0);
+    const auto lowest = [](const Triangle& t) { return *std::min_element(t.begin(), t.end()); };
+    for (std::size_t face = 0; face < 4 * tets.size(); ++face) ++end[lowest(wound(face)) + 1];
+    std::partial_sum(end.begin(), end.end(), end.begin());
+    std::vector<std::uint32_t> faces(4 * tets.size());
+    for (std::size_t face = 0; face < faces.size(); ++face)  // end[n] moves to the end of node n
+        faces[end[lowest(wound(face))]++] = static_cast<std::uint32_t>(face);
+
+    struct Face {
+        Triangle sorted;
+        std::uint32_t number;
+        bool operator<(const Face& other) const { return sorted < other.sorted; }
+    };
+    std::vector<Face> at_node;
+    std::vector<bool> is_boundary(faces.size(), false);
+    for (std::int32_t n = 0; n < node_count; ++n) {
+        at_node.clear();
+        for (std::size_t i = n > 0 ? end[n - 1] : 0; i < end[n]; ++i) {
+            Triangle sorted = wound(faces[i]);
             std::sort(sorted.begin(), sorted.end());
-            all.push_back({sorted, wound, all.size()});
+            at_node.push_back({sorted, faces[i]});
         }
-    std::sort(all.begin(), all.end(),
-              [](const Face& a, const Face& b) { return a.sorted < b.sorted; });
-    std::vector<Face> kept;
-    for (std::size_t i = 0; i < all.size();) {
-        std::size_t j = i + 1;
-        while (j < all.size() && all[j].sorted == all[i].sorted) ++j;
-        if (j == i + 1) kept.push_back(all[i]);
-        i = j;
+        std::sort(at_node.begin(), at_node.end());
+        for (auto face = at_node.begin(); face != at_node.end();) {
+            const auto next = std::upper_bound(face, at_node.end(), *face);
+            if (next - face == 1) is_boundary[face->number] = true;
+            face = next;
+        }
     }
-    std::sort(kept.begin(), kept.end(),
-              [](const Face& a, const Face& b) { return a.order < b.order; });
+    std::vector<std::uint32_t>().swap(faces);
     std::vector<Triangle> boundary;
-    boundary.reserve(kept.size());
-    for (const Face& f : kept) boundary.push_back(f.wound);
+    for (std::size_t face = 0; face < is_boundary.size(); ++face)
+        if (is_boundary[face]) boundary.push_back(wound(face));
     return boundary;
 }
 

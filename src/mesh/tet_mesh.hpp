@@ -50,8 +50,8 @@ double signed_volume(const TetMesh& mesh, const Tet& t);
 /// Volume of the mesh, m^3.
 double volume(const TetMesh& mesh);
 
-/// The triangles that belong to exactly one tet, wound outwards, in the order of the tets. O(n log
-/// n) in the number of tets.
+/// The triangles that belong to exactly one tet, wound outwards, in the order of the tets. O(n) in
+/// the number of tets, with 17 bytes of memory for each. Throws Error beyond 2^30 tets.
 std::vector<Triangle> boundary_triangles(std::span<const Tet> tets);
 
 /// The nodes of a set of triangles, sorted, without duplicates.

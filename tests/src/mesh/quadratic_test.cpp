@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "support/shapes.hpp"
 
 namespace livetet {
@@ -35,6 +37,33 @@ TEST(QuadraticMesh, HasANodeInTheMiddleOfEachEdgeAndTakesSetsAlong) {
     EXPECT_EQ(mesh.node_sets.at("face").size(), 25u);
     EXPECT_EQ(mesh.node_sets.at("edge").size(), 5u);
     EXPECT_EQ(surface_nodes(mesh).size(), 7u * 5 * 5 - 5 * 3 * 3);
+}
+
+TEST(SurfaceNodes, AmongGivenOnesAreThoseOfThemOnTheSurface) {
+    for (const TetMesh& mesh : {named_block(), quadratic_mesh(named_block())}) {
+        const std::vector<std::int32_t> surface = surface_nodes(mesh);
+        const auto count = static_cast<std::int32_t>(mesh.nodes.size());
+        for (const std::int32_t step : {1, 2, 3, 7, 40}) {
+            std::vector<std::int32_t> nodes, expected;
+            for (std::int32_t n = step / 2; n < count; n += step) nodes.push_back(n);
+            std::set_intersection(nodes.begin(), nodes.end(), surface.begin(), surface.end(),
+                                  std::back_inserter(expected));
+            EXPECT_EQ(surface_nodes_among(mesh, nodes), expected) << step;
+        }
+        EXPECT_TRUE(surface_nodes_among(mesh, {}).empty());
+    }
+}
+
+TEST(EdgeNodes, OfSomeTrianglesAreThoseOfTheMeshOnTheirEdges) {
+    const TetMesh mesh = quadratic_mesh(named_block());
+    std::vector<Triangle> triangles = boundary_triangles(mesh.tets);
+    triangles.resize(5);
+    const EdgeNodes all(mesh), some(mesh, triangles);
+    for (const Triangle& t : triangles) EXPECT_EQ(traction_nodes(t, some), traction_nodes(t, all));
+    const auto& far = mesh.tets.back();
+    EXPECT_GE(all.between(far[0], far[3]), 0);
+    EXPECT_EQ(some.between(far[0], far[3]), -1);
+    EXPECT_TRUE(EdgeNodes(named_block(), triangles).empty());
 }
 
 TEST(QuadraticMesh, InterpolatesQuadraticFieldsExactly) {
