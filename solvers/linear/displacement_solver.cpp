@@ -59,10 +59,8 @@ void DisplacementSolver::add_level(const DistributedHierarchy& mesh, const Elast
     const HeapMeter meter(l == 0 ? &costs_.elements : &costs_.coarse_levels);
     levels_.push_back(std::make_unique<LevelAssembler>(
         hierarchy.levels[l],
-        distribute_mesh(
-            mesh.comm, hierarchy.levels[l],
-            mesh.parts.empty() ? std::span<const std::int32_t>{} : mesh.parts[l],
-            hierarchy.is_cut(l) ? MeshDistribution::in_place : MeshDistribution::by_plex),
+        distribute_mesh(mesh.comm, hierarchy.levels[l],
+                        mesh.parts.empty() ? std::span<const std::int32_t>{} : mesh.parts[l]),
         materials, model.strain,
         l == 0 && is_mixed ? Formulation::mixed : Formulation::displacement, storage, team_,
         volumes_));

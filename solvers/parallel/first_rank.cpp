@@ -8,17 +8,25 @@
 
 namespace livetet {
 
-std::string same_on_all(std::string text) {
+namespace {
+
+std::string same_on_all(MPI_Comm comm, std::string text) {
     auto size = static_cast<std::int64_t>(text.size());
-    MPI_Bcast(&size, 1, MPI_INT64_T, 0, PETSC_COMM_WORLD);
+    MPI_Bcast(&size, 1, MPI_INT64_T, 0, comm);
     text.resize(static_cast<std::size_t>(size));
-    MPI_Bcast(text.data(), static_cast<int>(size), MPI_CHAR, 0, PETSC_COMM_WORLD);
+    MPI_Bcast(text.data(), static_cast<int>(size), MPI_CHAR, 0, comm);
     return text;
 }
 
-void on_first_rank(const std::function<void()>& work) {
+}  // namespace
+
+std::string same_on_all(std::string text) { return same_on_all(PETSC_COMM_WORLD, std::move(text)); }
+
+void on_first_rank(const std::function<void()>& work) { on_first_rank(PETSC_COMM_WORLD, work); }
+
+void on_first_rank(MPI_Comm comm, const std::function<void()>& work) {
     int rank = 0;
-    MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+    MPI_Comm_rank(comm, &rank);
     std::exception_ptr own;
     std::string problem;
     try {
@@ -27,7 +35,7 @@ void on_first_rank(const std::function<void()>& work) {
         own = std::current_exception();
         problem = error.what();
     }
-    problem = same_on_all(std::move(problem));
+    problem = same_on_all(comm, std::move(problem));
     if (own) std::rethrow_exception(own);  // keeps its type: not every error is the user's
     if (!problem.empty()) throw Error(problem);
 }

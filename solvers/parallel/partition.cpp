@@ -9,6 +9,7 @@
 
 #include "base/error.hpp"
 #include "base/lists.hpp"
+#include "solvers/parallel/first_rank.hpp"
 
 namespace livetet {
 
@@ -142,29 +143,116 @@ std::vector<std::int32_t> partition_tets_in_parallel(MPI_Comm comm, std::span<co
     return all;
 }
 
+std::vector<std::int32_t> node_owners(const TetMesh& mesh, std::span<const std::int32_t> parts) {
+    std::vector<std::int32_t> owner(static_cast<std::size_t>(corner_count(mesh)), -1);
+    std::vector<bool> is_shared(owner.size(), false);
+    for (std::size_t e = 0; e < mesh.tets.size(); ++e)
+        for (const std::int32_t n : mesh.tets[e]) {
+            is_shared[n] = is_shared[n] || (owner[n] >= 0 && owner[n] != parts[e]);
+            owner[n] = parts[e];
+        }
+    std::vector<std::pair<std::int32_t, std::int32_t>> votes;  // shared node, part of a tet at it
+    for (std::size_t e = 0; e < mesh.tets.size(); ++e)
+        for (const std::int32_t n : mesh.tets[e])
+            if (is_shared[n]) votes.emplace_back(n, parts[e]);
+    std::sort(votes.begin(), votes.end());
+    std::ptrdiff_t most = 0;
+    for (auto vote = votes.begin(); vote != votes.end();) {
+        const auto next = std::upper_bound(vote, votes.end(), *vote);
+        if (vote == votes.begin() || std::prev(vote)->first != vote->first) most = 0;
+        if (next - vote > most) {
+            most = next - vote;
+            owner[vote->first] = vote->second;
+        }
+        vote = next;
+    }
+    return owner;
+}
+
+namespace {
+
+std::vector<std::int32_t> partition_of(MPI_Comm comm, std::span<const Tet> tets, int parts,
+                                       Partitioner partitioner) {
+    if (partitioner == Partitioner::ptscotch) return partition_tets_in_parallel(comm, tets, parts);
+    int rank = 0;
+    MPI_Comm_rank(comm, &rank);
+    std::vector<std::int32_t> part(tets.size());
+    on_first_rank(comm, [&] {  // METIS needs several times the memory of the mesh
+        part = partition_tets(tets, parts);
+    });
+    MPI_Bcast(part.data(), static_cast<int>(part.size()), MPI_INT32_T, 0, comm);
+    return part;
+}
+
+/// Parts of a coarse level's tets: of the four corners' parts the most frequent, the part of a
+/// corner being that of the fine node with the highest weight in it. `lower` maps the fine level's
+/// parts to those of the coarse one, which may have fewer.
+template <class Lower>
+std::vector<std::int32_t> projected_parts(const TetMesh& fine,
+                                          std::span<const std::int32_t> fine_parts,
+                                          const BarycentricMap& fine_in_coarse,
+                                          const TetMesh& coarse, Lower&& lower) {
+    const std::vector<std::int32_t> owner = node_owners(fine, fine_parts);
+    std::vector<std::int32_t> part_of_node(coarse.nodes.size(), -1);
+    std::vector<float> highest(coarse.nodes.size(), 0);
+    for (std::size_t i = 0; i < owner.size(); ++i)
+        for (int k = 0; k < 4; ++k) {
+            const std::int32_t n = fine_in_coarse.nodes[i][k];
+            const auto weight = static_cast<float>(fine_in_coarse.weights[i][k]);
+            if (weight <= highest[n]) continue;
+            highest[n] = weight;
+            part_of_node[n] = lower(owner[i]);
+        }
+    std::vector<std::int32_t> parts;
+    parts.reserve(coarse.tets.size());
+    for (const Tet& t : coarse.tets) {
+        std::int32_t part = -1;
+        std::ptrdiff_t most = 0;
+        std::array<std::int32_t, 4> of_corners{};
+        for (int k = 0; k < 4; ++k) of_corners[k] = part_of_node[t[k]];
+        for (const std::int32_t p : of_corners)
+            if (const auto count = std::count(of_corners.begin(), of_corners.end(), p);
+                p >= 0 && count > most) {
+                most = count;
+                part = p;
+            }
+        // No fine node lies around it: a neighbour's part, which comes before it.
+        parts.push_back(part >= 0 ? part : parts.empty() ? 0 : parts.back());
+    }
+    return parts;
+}
+
+}  // namespace
+
 std::vector<std::vector<std::int32_t>> partition_levels(MPI_Comm comm,
                                                         const MeshHierarchy& hierarchy,
                                                         Partitioner partitioner) {
-    int rank = 0, ranks = 1;
-    MPI_Comm_rank(comm, &rank);
+    int ranks = 1;
     MPI_Comm_size(comm, &ranks);
-    std::vector<std::vector<std::int32_t>> parts(hierarchy.levels.size());
+    const std::vector<TetMesh>& levels = hierarchy.levels;
+    std::vector<std::vector<std::int32_t>> parts(levels.size());
     const auto worthwhile = [&](std::size_t l) {
         return static_cast<int>(
-            std::clamp<std::size_t>(hierarchy.levels[l].tets.size() / min_tets_per_rank, 1, ranks));
+            std::clamp<std::size_t>(levels[l].tets.size() / min_tets_per_rank, 1, ranks));
     };
-    for (std::size_t l = hierarchy.levels.size(); l-- > 0;) {
-        if (hierarchy.is_cut(l) && worthwhile(l) == worthwhile(l + 1)) {
-            parts[l].reserve(hierarchy.parents[l].size());
-            for (const std::int32_t parent : hierarchy.parents[l])
-                parts[l].push_back(parts[l + 1][parent]);
-        } else if (partitioner == Partitioner::ptscotch) {
-            parts[l] = partition_tets_in_parallel(comm, hierarchy.levels[l].tets, worthwhile(l));
-        } else {  // on one rank: METIS needs several times the memory of the mesh
-            if (rank == 0) parts[l] = partition_tets(hierarchy.levels[l].tets, worthwhile(l));
-            parts[l].resize(hierarchy.levels[l].tets.size());
-            MPI_Bcast(parts[l].data(), static_cast<int>(parts[l].size()), MPI_INT32_T, 0, comm);
-        }
+    std::size_t first = 0;
+    while (hierarchy.is_cut(first) && worthwhile(first) == worthwhile(first + 1)) ++first;
+    const int most = worthwhile(first);
+    parts[first] = partition_of(comm, levels[first].tets, most, partitioner);
+    for (std::size_t l = first; l-- > 0;) {
+        parts[l].reserve(hierarchy.parents[l].size());
+        for (const std::int32_t parent : hierarchy.parents[l])
+            parts[l].push_back(parts[l + 1][parent]);
+    }
+    for (std::size_t l = first + 1; l < levels.size(); ++l) {
+        // Successive parts together, on the first rank of them: METIS and PTScotch number them by
+        // bisection, so that they are neighbours.
+        const auto lower = [most, fewer = worthwhile(l)](std::int32_t part) {
+            const std::int64_t group = std::int64_t{part} * fewer / most;
+            return static_cast<std::int32_t>((group * most + fewer - 1) / fewer);
+        };
+        parts[l] = projected_parts(levels[l - 1], parts[l - 1], hierarchy.transfers[l - 1],
+                                   levels[l], lower);
     }
     return parts;
 }

@@ -27,8 +27,14 @@ std::vector<std::int32_t> partition_tets_in_parallel(MPI_Comm comm, std::span<co
 /// would cost more in messages than it saves in work.
 constexpr std::size_t min_tets_per_rank = 200;
 
-/// A part of every tet of every level. A level that was cut from the next coarser one takes its
-/// parts, if they are as many. Collective.
+/// Owner of each corner node: the part of most tets at it, of several the lowest.
+std::vector<std::int32_t> node_owners(const TetMesh& mesh, std::span<const std::int32_t> parts);
+
+/// A part of every tet of every level. The finest level is partitioned or, where it was cut from a
+/// coarser one that has tets for as many ranks, that one: tets take the parts of those that they
+/// were cut from. Each coarser level is cut where the level above it is: its tets belong to the
+/// rank that owns the nearest fine nodes, so that nearly all of a transfer's entries are on the
+/// rank of their row. Collective.
 std::vector<std::vector<std::int32_t>> partition_levels(MPI_Comm comm,
                                                         const MeshHierarchy& hierarchy,
                                                         Partitioner partitioner);

@@ -1,11 +1,9 @@
 #include "solvers/parallel/partitioned_mesh.hpp"
 
-#include <petscdmplex.h>
-#include <petscsf.h>
-
 #include <algorithm>
-#include <map>
 #include <numeric>
+
+#include "solvers/parallel/partition.hpp"
 
 namespace livetet {
 
@@ -17,85 +15,8 @@ struct Distributed {
     std::vector<std::int32_t> owned_nodes;
 };
 
-PetscHandle<DM> whole_plex(MPI_Comm comm, const TetMesh& mesh, int rank) {
-    std::vector<PetscInt> cells;
-    std::vector<PetscReal> coordinates;
-    if (rank == 0) {
-        for (const Tet& t : mesh.tets)
-            cells.insert(cells.end(), {t[1], t[0], t[2], t[3]});  // DMPlex winds the other way
-        const std::int32_t corners = corner_count(mesh);
-        for (std::int32_t n = 0; n < corners; ++n)
-            coordinates.insert(coordinates.end(), mesh.nodes[n].data(), mesh.nodes[n].data() + 3);
-    }
-    PetscHandle<DM> dm;
-    const auto n_cells = static_cast<PetscInt>(cells.size() / 4),
-               n_nodes = static_cast<PetscInt>(coordinates.size() / 3);
-    LIVETET_PETSC(DMPlexCreateFromCellListPetsc(comm, 3, n_cells, n_nodes, 4, PETSC_FALSE,
-                                                cells.data(), 3, coordinates.data(), dm.out()));
-    LIVETET_PETSC(DMSetBasicAdjacency(dm.get(), PETSC_FALSE, PETSC_TRUE));
-    return dm;
-}
-
-void set_partition(DM dm, std::span<const std::int32_t> parts, int rank, int ranks) {
-    std::vector<PetscInt> sizes(ranks, 0), points;
-    if (rank == 0) {
-        points.resize(parts.size());
-        std::iota(points.begin(), points.end(), PetscInt{0});
-        std::stable_sort(points.begin(), points.end(),
-                         [&](PetscInt a, PetscInt b) { return parts[a] < parts[b]; });
-        for (const std::int32_t p : parts) ++sizes[p];
-    }
-    PetscPartitioner partitioner = nullptr;
-    LIVETET_PETSC(DMPlexGetPartitioner(dm, &partitioner));
-    LIVETET_PETSC(PetscPartitionerSetType(partitioner, PETSCPARTITIONERSHELL));
-    LIVETET_PETSC(
-        PetscPartitionerShellSetPartition(partitioner, ranks, sizes.data(), points.data()));
-}
-
-Distributed distribute(MPI_Comm comm, const TetMesh& mesh, std::span<const std::int32_t> parts,
-                       int rank, int ranks) {
-    const PetscHandle<DM> whole = whole_plex(comm, mesh, rank);
-    set_partition(whole.get(), parts, rank, ranks);
-    PetscHandle<PetscSF> migration;
-    PetscHandle<DM> dm;
-    LIVETET_PETSC(DMPlexDistribute(whole.get(), 1, migration.out(), dm.out()));
-
-    PetscInt cells_end = 0, nodes_begin = 0, nodes_end = 0, leaves = 0;
-    LIVETET_PETSC(DMPlexGetHeightStratum(dm.get(), 0, nullptr, &cells_end));
-    LIVETET_PETSC(DMPlexGetDepthStratum(dm.get(), 0, &nodes_begin, &nodes_end));
-    // Where each local point stood in the whole mesh on rank 0: tets first, then nodes.
-    const PetscInt* local = nullptr;
-    const PetscSFNode* remote = nullptr;
-    std::vector<PetscInt> origin(nodes_end, -1);
-    LIVETET_PETSC(PetscSFGetGraph(migration.get(), nullptr, &leaves, &local, &remote));
-    for (PetscInt i = 0; i < leaves; ++i)
-        if (const PetscInt point = local ? local[i] : i; point < nodes_end)
-            origin[point] = remote[i].index;
-    // Points that another rank owns.
-    std::vector<bool> ghost(nodes_end, false);
-    PetscSF shared = nullptr;
-    LIVETET_PETSC(DMGetPointSF(dm.get(), &shared));
-    LIVETET_PETSC(PetscSFGetGraph(shared, nullptr, &leaves, &local, &remote));
-    for (PetscInt i = 0; i < leaves; ++i)
-        if (const PetscInt point = local ? local[i] : i; point < nodes_end) ghost[point] = true;
-
-    Distributed d;
-    const auto first_node = static_cast<PetscInt>(mesh.tets.size());
-    for (PetscInt c = 0; c < cells_end; ++c)
-        d.tet_ids.push_back(static_cast<std::int32_t>(origin[c]));
-    for (PetscInt n = nodes_begin; n < nodes_end; ++n)
-        if (!ghost[n]) d.owned_nodes.push_back(static_cast<std::int32_t>(origin[n] - first_node));
-    std::sort(d.tet_ids.begin(), d.tet_ids.end());
-    std::sort(d.owned_nodes.begin(), d.owned_nodes.end());
-    return d;
-}
-
-/// What every rank can find by itself: a corner belongs to the part of the first tet that has it.
 Distributed find_share(const TetMesh& mesh, std::span<const std::int32_t> parts, int rank) {
-    std::vector<std::int32_t> owner(static_cast<std::size_t>(corner_count(mesh)), -1);
-    for (std::size_t e = 0; e < mesh.tets.size(); ++e)
-        for (const std::int32_t n : mesh.tets[e])
-            if (owner[n] < 0) owner[n] = parts[e];
+    const std::vector<std::int32_t> owner = node_owners(mesh, parts);
     Distributed d;
     for (std::size_t n = 0; n < owner.size(); ++n)
         if (owner[n] == rank) d.owned_nodes.push_back(static_cast<std::int32_t>(n));
@@ -133,8 +54,7 @@ std::vector<PetscInt> number_owned(MPI_Comm comm, std::size_t count,
 }
 
 PartitionedMesh distribute_mesh(MPI_Comm comm, const TetMesh& mesh,
-                                std::span<const std::int32_t> parts,
-                                MeshDistribution distribution) {
+                                std::span<const std::int32_t> parts) {
     int rank = 0;
     MPI_Comm_rank(comm, &rank);
     PartitionedMesh share;
@@ -152,9 +72,7 @@ PartitionedMesh distribute_mesh(MPI_Comm comm, const TetMesh& mesh,
         std::iota(share.tet_ids.begin(), share.tet_ids.end(), 0);
         return share;
     }
-    const Distributed d = distribution == MeshDistribution::in_place
-                              ? find_share(mesh, parts, rank)
-                              : distribute(comm, mesh, parts, rank, share.ranks);
+    const Distributed d = find_share(mesh, parts, rank);
     share.nodes = with_edge_nodes(mesh, d.owned_nodes);
     share.owned = static_cast<std::int32_t>(share.nodes.size());
     share.number_of_node = number_owned(comm, mesh.nodes.size(), share.nodes);

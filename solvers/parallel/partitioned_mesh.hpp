@@ -32,18 +32,12 @@ struct PartitionedMesh {
     }
 };
 
-/// How a mesh that every rank holds is distributed.
-enum class MeshDistribution {
-    by_plex,   ///< by DMPlex, through the first rank
-    in_place,  ///< each rank takes its own part: for a mesh that every rank refined alike
-};
-
-/// Distributes `mesh`, which every rank holds, by the parts of its tets (see partition_levels).
-/// With one rank, nothing is distributed and `parts` may be empty. An edge node of a P2 mesh goes
-/// to the owner of the first of its two corners.
+/// Distributes `mesh`, which every rank holds, by the parts of its tets (see partition_levels):
+/// each rank takes its own share, without a message. With one rank, nothing is distributed and
+/// `parts` may be empty. An edge node of a P2 mesh goes to the owner of the first of its two
+/// corners.
 PartitionedMesh distribute_mesh(MPI_Comm comm, const TetMesh& mesh,
-                                std::span<const std::int32_t> parts,
-                                MeshDistribution distribution = MeshDistribution::by_plex);
+                                std::span<const std::int32_t> parts);
 
 /// PETSc's number, on every rank, for each of `count` things of which this rank owns `owned`:
 /// consecutive on each rank, -1 for things that nobody owns.

@@ -101,5 +101,67 @@ TEST(Partition, a_refined_level_takes_the_parts_of_the_tets_it_was_cut_from) {
     }
 }
 
+TEST(Partition, ANodeBelongsToThePartOfMostTetsAtIt) {
+    TetMesh mesh = test::block({2, 1, 1}, Vector3(0.2, 0.1, 0.1));
+    std::vector<std::int32_t> parts;
+    for (const Tet& t : mesh.tets) {
+        double middle = 0;
+        for (const std::int32_t n : t) middle += mesh.nodes[n].x() / 4;
+        parts.push_back(middle > 0.1 ? 5 : 2);
+    }
+    const std::vector<std::int32_t> owner = node_owners(mesh, parts);
+    ASSERT_EQ(owner.size(), mesh.nodes.size());
+    for (std::size_t n = 0; n < owner.size(); ++n) {
+        int of_two = 0, of_five = 0;
+        for (std::size_t e = 0; e < parts.size(); ++e)
+            if (std::count(mesh.tets[e].begin(), mesh.tets[e].end(), static_cast<int>(n)) > 0)
+                ++(parts[e] == 5 ? of_five : of_two);
+        EXPECT_EQ(owner[n], of_five > of_two ? 5 : 2) << n;
+    }
+}
+
+/// Levels that were meshed each on its own: rows of a transfer find their columns on their own rank
+/// (of a level partitioned by itself, only one in so many as there are ranks would).
+TEST(Partition, ACoarserLevelIsCutWhereTheFinestIs) {
+    const Vector3 size(0.2, 0.15, 0.1);
+    const MeshHierarchy h =
+        make_hierarchy({test::block({24, 18, 12}, size), test::block({13, 9, 7}, size),
+                        test::block({5, 4, 3}, size)},
+                       "blocks");
+    const int ranks = test::rank_count();
+    for (const Partitioner partitioner : {Partitioner::metis, Partitioner::ptscotch}) {
+        const auto parts = partition_levels(PETSC_COMM_WORLD, h, partitioner);
+        std::vector<std::vector<std::int32_t>> owners;
+        for (std::size_t l = 0; l < parts.size(); ++l) {
+            ASSERT_EQ(parts[l].size(), h.levels[l].tets.size());
+            const auto worth = std::clamp<std::size_t>(parts[l].size() / min_tets_per_rank, 1,
+                                                       static_cast<std::size_t>(ranks));
+            std::vector<std::size_t> tets(ranks, 0);
+            for (const std::int32_t p : parts[l]) ++tets.at(p);
+            EXPECT_EQ(static_cast<std::size_t>(ranks - std::count(tets.begin(), tets.end(), 0)),
+                      worth)
+                << "ranks at work on level " << l;
+            const double fair = static_cast<double>(parts[l].size()) / static_cast<double>(worth);
+            EXPECT_LT(static_cast<double>(*std::max_element(tets.begin(), tets.end())), 1.5 * fair);
+            owners.push_back(node_owners(h.levels[l], parts[l]));
+        }
+        std::size_t own = 0, all = 0;
+        for (std::size_t i = 0; i < h.transfers[0].size(); ++i)
+            for (int k = 0; k < 4; ++k)
+                if (h.transfers[0].weights[i][k] != 0) {
+                    ++all;
+                    own += owners[0][i] == owners[1][h.transfers[0].nodes[i][k]];
+                }
+        EXPECT_GT(static_cast<double>(own), 0.8 * static_cast<double>(all));
+    }
+}
+
+/// On more ranks than it has tets, a mesh is left to one of them.
+TEST(Partition, OfFewerTetsThanRanksIsOnOne) {
+    const MeshHierarchy h = make_hierarchy({test::block({1, 1, 1}, Vector3(1, 1, 1))}, "a cube");
+    EXPECT_EQ(partition_levels(PETSC_COMM_WORLD, h, Partitioner::metis),
+              (std::vector<std::vector<std::int32_t>>{{0, 0, 0, 0, 0, 0}}));
+}
+
 }  // namespace
 }  // namespace livetet
