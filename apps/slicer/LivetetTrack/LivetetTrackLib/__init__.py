@@ -1,0 +1,1 @@
+"""The part of the module LivetetTrack that needs no Slicer."""
