@@ -29,8 +29,6 @@ function(livetet_install_package)
     include(\"${PROJECT_SOURCE_DIR}/cmake/collect_headers.cmake\")
     file(INSTALL \"${PROJECT_BINARY_DIR}/include/livetet\"
       DESTINATION \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_INCLUDEDIR}\" TYPE DIRECTORY)" COMPONENT development)
-  livetet_finds_libraries(livetet ${CMAKE_INSTALL_BINDIR})
-  install(TARGETS livetet RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
   install(EXPORT livetetTargets NAMESPACE livetet:: DESTINATION ${package} COMPONENT development)
   configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/livetetConfig.cmake.in
     ${PROJECT_BINARY_DIR}/livetetConfig.cmake INSTALL_DESTINATION ${package})

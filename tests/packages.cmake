@@ -90,10 +90,12 @@ if(DISPATCH)
   set(ENV{LD_LIBRARY_PATH} ${place}/library/usr/${LIBDIR})  # where apt would put it
 endif()
 set(executable ${place}/program/usr/bin/livetet)
-run(dynamic readelf --dynamic --wide ${executable})
-if(dynamic MATCHES "RPATH|RUNPATH")
-  message(FATAL_ERROR "${program}: the program has a path of this build:\n${dynamic}")
-endif()
+foreach(file bin/livetet libexec/livetet/livetet-full libexec/livetet/livetet-lean)
+  run(dynamic readelf --dynamic --wide ${place}/program/usr/${file})
+  if(dynamic MATCHES "RPATH|RUNPATH")
+    message(FATAL_ERROR "${program}: ${file} has a path of this build:\n${dynamic}")
+  endif()
+endforeach()
 
 # Each installed file is in one package, and the packages hold nothing else.
 foreach(package IN LISTS of_machine)
@@ -127,7 +129,9 @@ set(core liblivetet_core.a)
 if(DISPATCH)
   set(core liblivetet_core.so)
 endif()
-foreach(file program/usr/share/man/man1/livetet-solve.1.gz program/usr/share/livetet/scene.schema.json
+foreach(file program/usr/libexec/livetet/livetet-full program/usr/libexec/livetet/livetet-lean
+    program/usr/share/livetet/slicer/LivetetTrack/LivetetTrack.py program/usr/share/man/man1/livetet-solve.1.gz
+    program/usr/share/livetet/scene.schema.json
     development/usr/include/livetet/mesh/tet_mesh.hpp development/usr/${LIBDIR}/${core}
     development/usr/${LIBDIR}/cmake/livetet/livetetConfig.cmake documentation/usr/share/doc/livetet-doc/docs/tutorial.md
     documentation/usr/share/doc/livetet-doc/examples/static_beam.cpp)
@@ -157,6 +161,11 @@ set(force_N ${CMAKE_MATCH_1})
 if(force_N LESS 0.499999 OR force_N GREATER 0.500001)
   message(FATAL_ERROR "a drawn bar pulls by ${force_N} N, expected 0.5 N")
 endif()
+
+# And by the program with the libraries for images.
+run(output ${CMAKE_COMMAND} -E env OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OPENBLAS_NUM_THREADS=1
+  ${executable} report ${place}/solve/bar.h5 --no-pictures)
+require_match("livetet report" "${output}" "bar\\.report")
 
 # Debian's own check of packages, where it is installed. That the maintainer's address is a local one, and that the changelog
 # names no report of Debian's, are no errors here.

@@ -10,8 +10,9 @@ ctest --test-dir "$build-dev" --output-on-failure -R '^(src|io_openigtlink)$'
 
 say "the variant without VTK, ITK, GDCM and CGAL, for machines that only solve"
 cmake --build "$build" --target livetet_lean
-"$build/apps/livetet_lean" scene >/dev/null
-if ldd "$build/apps/livetet_lean" | grep -qE 'libvtk|libITK|libgdcm|libgmsh'; then
+lean=$build/libexec/livetet/livetet-lean
+"$lean" scene >/dev/null
+if ldd "$lean" | grep -qE 'libvtk|libITK|libgdcm|libgmsh'; then
     echo "the variant without images links VTK, ITK, GDCM or Gmsh" >&2
     exit 1
 fi

@@ -12,8 +12,8 @@
 #include <system_error>
 
 #include "apps/commands/commands.hpp"
+#include "apps/commands/version_text.hpp"
 #include "base/error.hpp"
-#include "base/instruction_set.hpp"
 #include "base/petsc.hpp"
 #include "base/run_program.hpp"
 #include "base/temporary_files.hpp"
@@ -181,13 +181,6 @@ void run_command(CLI::App& app, int argc, char** argv) {
     if (std::ferror(stdout) != 0)  // an earlier write of a library failed
         livetet::fail(
             "standard output: not all could be written; is the disk full, or its reader gone?");
-}
-
-std::string version_text() {
-    std::string text = LIVETET_VERSION;
-    if (const std::string_view set = livetet::instruction_set(); !set.empty())
-        text += fmt::format("\nnumerical libraries for {}", set);
-    return text;
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "apps/commands/commands.hpp"
+#include "apps/commands/image_program.hpp"
 #include "apps/scene/outputs.hpp"
 #include "apps/simulation/solve_scene.hpp"
 #include "base/counted.hpp"
@@ -115,6 +116,7 @@ void add_solve_command(CLI::App& app, ExitStatus& status) {
                       "(output.checkpoint_every), on any number of ranks");
     command->allow_extras();
     command->callback([command, arguments, &status] {
+        run_image_program_for(arguments->scene);
         status.value = solve(*arguments, petsc_arguments(*command));
     });
 }

@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "base/error.hpp"
 #include "io/dicom_name.hpp"
 #include "io/image_file.hpp"
+#include "io/text.hpp"
 
 namespace livetet {
 
@@ -39,6 +42,16 @@ std::set<std::filesystem::path> read_files(const Scene& scene) {
     }
     if (scene.probes) files.insert(scene.probes->points);
     return files;
+}
+
+bool needs_images(const Scene& scene) {
+    const std::string end = ending(scene.mesh.file);
+    if (end != ".h5" && (end != ".msh" || scene.mesh.levels > 1)) return true;
+    const std::set<std::filesystem::path> files = read_files(scene);
+    return std::ranges::any_of(files, [](const std::filesystem::path& file) {
+        const bool is_nifti = ending(file) == ".nii" || ending(file) == ".nii.gz";
+        return !is_nifti && is_image_name(file);
+    });
 }
 
 std::string stamps_of(const std::set<std::filesystem::path>& files) {

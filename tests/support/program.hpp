@@ -66,13 +66,13 @@ inline Outcome livetet(const Folder& folder, const std::string& arguments,
 /// The processes of the shipped program that work in `folder`, by rising number.
 inline std::vector<pid_t> programs_in(const Folder& folder) {
     namespace fs = std::filesystem;
-    const fs::path program = fs::canonical(LIVETET_PROGRAM), place = fs::canonical(folder.path());
+    const fs::path programs = fs::canonical(LIVETET_PROGRAMS), place = fs::canonical(folder.path());
     std::vector<pid_t> found;
     for (const fs::directory_entry& entry : fs::directory_iterator("/proc")) {
         const std::string name = entry.path().filename().string();
         if (name.find_first_not_of("0123456789") != std::string::npos) continue;
         std::error_code error;  // a process may end while it is looked at
-        if (fs::read_symlink(entry.path() / "exe", error) == program &&
+        if (fs::read_symlink(entry.path() / "exe", error).parent_path() == programs &&
             fs::read_symlink(entry.path() / "cwd", error) == place)
             found.push_back(static_cast<pid_t>(std::stol(name)));
     }
