@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # Measures, and writes a report: machine, compiler, commit, what each command printed, figures.
 #     benchmarks/run.sh [--quick | --report] [PART ...]
-# Parts: verification convergence stability savings workprecision realtime latency view warp accuracy scaling kernels; all
+# Parts: verification convergence stability savings workprecision realtime latency view warp accuracy registration scaling kernels; all
 # where none is named. Results and report.md go to benchmarks/out.
 #     --report   the report and its figures are put into docs/reports/DATE, too
 #     --quick    the same commands at a size that shows only that they work
-all=(verification convergence stability savings workprecision realtime latency view warp accuracy scaling kernels)
+all=(verification convergence stability savings workprecision realtime latency view warp accuracy registration scaling kernels)
 quick=false
 report=false
 parts=()
@@ -99,6 +99,10 @@ warp() { measure warp warp $(full '' '--size 64 --tets 3000 --repeats 1') --json
 accuracy() {
     measure accuracy accuracy $(full '--seeds 4 --other-seeds 4' '--seeds 1 --other-seeds 1 --tets 1500 --truth-tets 1500') --csv "$out/accuracy.csv" \
         --figure "$out/accuracy.png" --calibration "$out/calibration.png"
+}
+registration() {
+    measure registration registration $(full '' '--quick --seeds 1 --tets 2000 --truth-tets 2000') --json "$out/registration.json" \
+        $(full "--figure $out/registration.png" '')
 }
 scaling() { measure scaling scaling $(full '--ranks 1,2 --compare gamg' '--unknowns 20000 --ranks 1,2') --json "$out/scaling.json"; }
 kernels() {

@@ -21,6 +21,7 @@ void add_realtime_benchmark(CLI::App& bench, int& status);
 void add_latency_benchmark(CLI::App& bench, int& status);
 void add_view_benchmark(CLI::App& bench, int& status);
 void add_accuracy_benchmark(CLI::App& bench, int& status);
+void add_registration_benchmark(CLI::App& bench, int& status);
 void add_warp_benchmark(CLI::App& bench, int& status);
 
 }  // namespace livetet

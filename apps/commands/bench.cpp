@@ -18,6 +18,7 @@ void add_bench_command(CLI::App& app, ExitStatus& status) {
     add_latency_benchmark(*bench, status.value);
     add_view_benchmark(*bench, status.value);
     add_accuracy_benchmark(*bench, status.value);
+    add_registration_benchmark(*bench, status.value);
     add_warp_benchmark(*bench, status.value);
 #endif
 }
