@@ -21,8 +21,13 @@ using Tet = std::array<std::int32_t, 4>;
 /// and [1].
 inline constexpr int tet_edges[6][2] = {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}};
 
-/// Tetrahedral mesh of a body in its rest shape, with four-node (P1) or ten-node tets (P2, see
-/// `quadratic_mesh`). Positions in metres, RAS. Tets are positively oriented: det(x1 - x0, x2 - x0,
+/// A hexahedron's nodes: corner c is at the offset (c & 1, c >> 1 & 1, c >> 2 & 1) along its axes.
+using Hexahedron = std::array<std::int32_t, 8>;
+/// Tets that a hexahedron is divided into where a mesh of tets is expected.
+inline constexpr std::size_t tets_per_hexahedron = 6;
+
+/// Mesh of a body in its rest shape, with four-node tets (P1), ten-node tets (P2, see
+/// `quadratic_mesh`), or the hexahedra of a grid (see `hex_grid.hpp`). Positions in metres, RAS. Tets are positively oriented: det(x1 - x0, x2 - x0,
 /// x3 - x0) > 0. Plain data; `check_tet_mesh` checks its consistency.
 struct TetMesh {
     std::vector<Vector3> nodes;
@@ -34,6 +39,10 @@ struct TetMesh {
     std::map<std::string, std::vector<std::int32_t>> node_sets;
     /// Named surface pieces: physical groups.
     std::map<std::string, std::vector<Triangle>> triangle_sets;
+    /// Grids only: the cells, and what of each is inside the body, above 0 to 1. The tets are then
+    /// six of each cell, in order (`tets_of_hexahedra`), for whatever takes tets.
+    std::vector<Hexahedron> hexahedra{};
+    std::vector<double> shares{};
 };
 
 /// Number of corner nodes: all nodes of a P1 mesh, the first ones of a P2 mesh.
