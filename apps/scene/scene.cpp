@@ -49,6 +49,29 @@ void check_selections(const Scene& scene, const KeyPlaces& places) {
     check_all(scene.loads, "loads");
 }
 
+/// Refuses lists of nodes of a mesh that is no hierarchy: its nodes are numbered anew as it is
+/// read, or made, so that other nodes than those of its file would be selected.
+void refuse_node_numbers(const Scene& scene, const KeyPlaces& places) {
+    if (ending(scene.mesh.file) == ".h5") return;
+    const auto refuse = [&](const auto& list, std::string_view name) {
+        for (std::size_t i = 0; i < list.size(); ++i) {
+            if (!list[i].nodes) continue;
+            const std::string key = fmt::format("{}[{}].nodes", name, i);
+            fail(
+                "{}: the nodes of {} are numbered anew as it is read, expected group, box_mm or "
+                "the like, or the numbers of a hierarchy (.h5 of `livetet mesh`) as mesh.file ({})",
+                key, scene.mesh.file.string(), places(key));
+        }
+    };
+    refuse(scene.fix, "fix");
+    refuse(scene.drive, "drive");
+    refuse(scene.loads, "loads");
+    if (scene.track) refuse(scene.track->targets, "track.targets");
+    if (!scene.deform) return;
+    refuse(scene.deform->forces, "deform.forces");
+    refuse(scene.deform->targets, "deform.targets");
+}
+
 /// Makes the scene's relative paths relative to `folder`.
 void resolve_paths(Scene& scene, const std::filesystem::path& folder) {
     const auto resolve = [&](std::filesystem::path& p) {
@@ -103,6 +126,7 @@ void finish_scene(Scene& scene, const KeyPlaces& places, const std::filesystem::
             "that ({})",
             scene.time.beta, scene.time.gamma / 2, places("time.beta"));
     check_selections(scene, places);
+    refuse_node_numbers(scene, places);
     if (scene.track) check_track(*scene.track, places);
     if (scene.deform) check_deform(*scene.deform, places);
     if (scene.probes && scene.probes->points.empty())

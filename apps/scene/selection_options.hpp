@@ -35,7 +35,10 @@ void visit_selection(Visitor& v, SelectionOptions& s) {
     v.field("half_space_mm", s.half_space_mm, "mm",
             "nodes on the side of a plane that its normal points away from: [point x, y, z, normal "
             "x, y, z]");
-    v.field("nodes", s.nodes, "", "these nodes of the finest mesh, counted from 0");
+    v.field(
+        "nodes", s.nodes, "",
+        "these nodes of a hierarchy (.h5), counted from 0 in its file; the nodes of other files "
+        "are numbered anew as they are read");
     v.choice("where", s.where, "which of those nodes",
              {{NodeScope::all, "all", "inside and surface"},
               {NodeScope::surface_only, "surface", "only those on the surface"}});

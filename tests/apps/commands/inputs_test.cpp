@@ -390,7 +390,8 @@ TEST(Inputs, AVtuIsTakenWhereAMshIs) {
     EXPECT_NEAR(volume(mesh), 500, 1e-6);
     EXPECT_NEAR(mean_node(mesh).x(), -4, 1e-9);
     write_text(folder / "scene.yaml",
-               "mesh: {file: two.vtu}\nfix: [{nodes: [0, 1, 2]}]\ngravity_m_per_s2: [0, 0, -9.81]\n"
+               "mesh: {file: two.vtu}\nfix: [{half_space_mm: [0, 0, 0, 0, 0, 1]}]\n"
+               "gravity_m_per_s2: [0, 0, -9.81]\n"
                "materials: [{region: 4, young_Pa: 1000}, {region: 6, young_Pa: 2000}]\n");
     const auto outcome = livetet(folder, "solve scene.yaml");
     EXPECT_EQ(outcome.status, 0) << outcome.err;
