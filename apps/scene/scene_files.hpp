@@ -19,8 +19,8 @@ std::set<std::filesystem::path> read_files(const Scene& scene);
 /// All files that a run writes, with the key that names each.
 std::vector<std::pair<const char*, std::filesystem::path>> written_files(const Scene& scene);
 
-/// Whether the scene names input that only a build with images reads: an image, a surface or a `.vtu`
-/// grid as the mesh, coarser levels to be meshed, or an image that is no NIfTI.
+/// Whether the scene names input that only a build with images reads: an image, a surface or a
+/// `.vtu` grid as the mesh, coarser levels to be meshed, or an image that is no NIfTI.
 bool needs_images(const Scene& scene);
 
 /// Identifies the contents of files, one line each: name, size and digest, or that it is missing.
