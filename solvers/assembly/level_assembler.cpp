@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "mechanics/rotation.hpp"
+#include "mesh/hex_grid.hpp"
 #include "solvers/assembly/batch_support.hpp"
 #include "solvers/assembly/level_assembler_points.hpp"
 #include "solvers/assembly/pointwise_law.hpp"
@@ -51,12 +52,14 @@ LevelAssembler::LevelAssembler(const TetMesh& mesh, PartitionedMesh share,
     rest_.reserve(share_.nodes.size());
     for (const std::int32_t n : share_.nodes) rest_.push_back(mesh.nodes[n]);
     find_moduli(mesh, materials, model, volumes);
-    if (formulation == Formulation::mixed)
+    if (!share_.hexahedra.empty())
+        has_mean_dilation_ = formulation == Formulation::mixed;
+    else if (formulation == Formulation::mixed)
         pressure_ = make_pressure_space(share_, corner_count(mesh));
     if (const auto* layout = std::get_if<MatrixLayout>(&storage)) {
         if (is_batched()) make_double_batches();
         matrix_.emplace(share_, *layout);
-    } else {
+    } else if (std::holds_alternative<SinglePrecision>(storage)) {
         make_single_batches();
     }
 }
@@ -74,6 +77,8 @@ void LevelAssembler::find_moduli(const TetMesh& mesh, std::span<const Material> 
         if (materials.size() > 1)
             moduli_of_tet_.push_back(static_cast<std::int32_t>(&m - materials.data()));
         if (!volumes.empty()) volumes_.push_back(volumes[whole]);
+        if (!mesh.hexahedra.empty())
+            volumes_.push_back(cell_volume(mesh) * mesh.shares[whole / tets_per_hexahedron]);
     }
 }
 
@@ -90,7 +95,7 @@ void LevelAssembler::find_mass() {
             const double mass = moduli(e).density * element(e).volume;
             for (int i = 0; i < count(); ++i)
                 if (const std::int32_t n = share_.node(e, i); n < share_.owned)
-                    node_mass_[n] += mass * TetShape<decltype(count)::value>::mass_share(i);
+                    node_mass_[n] += mass * ElementShape<decltype(count)::value>::mass_share(i);
         }
     });
 }
@@ -246,7 +251,8 @@ ElementRotations LevelAssembler::make_rotations() const {
         rotations.batches =
             rotates_ ? batches_->make_rotations() : TetBatches<double>::make_fixed_rotations();
     } else if (rotates_) {
-        const int points = share_.edge_nodes.empty() ? 1 : TetShape<10>::points;
+        const int points =
+            with_shape([](auto count) { return ElementShape<decltype(count)::value>::points; });
         rotations.points.assign(share_.tets.size() * points, Eigen::Matrix3d::Identity());
     }
     return rotations;
@@ -272,7 +278,7 @@ void LevelAssembler::update_rotations(Vec u, ElementRotations& rotations) const 
     }
     with_shape([&](auto count) {
         constexpr int nodes = decltype(count)::value;
-        using Shape = TetShape<nodes>;
+        using Shape = ElementShape<nodes>;
         for (std::size_t e = 0; e < share_.tets.size(); ++e) {
             if (moduli(e).model->kinematics() != Kinematics::corotated) continue;
             const TetElement element = this->element(e);
@@ -529,6 +535,11 @@ void LevelAssembler::add_stiffness_times(double factor, const Configuration& at,
     }
     const LocalValues direction(v);
     WriteArray forces(f);
+    if (!share_.hexahedra.empty()) {
+        add_hexahedra_times(factor, Tangent::frozen_rotation, at, all_of(direction, share_),
+                            forces.span());
+        return;
+    }
     visit_points(at, [&](const ConstitutiveModel& model, auto shape, std::size_t e,
                          const TetElement& element, int, const auto& g, const Eigen::Matrix3d& H,
                          const Eigen::Matrix3d& R, double p) {

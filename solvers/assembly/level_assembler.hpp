@@ -49,14 +49,17 @@ struct SinglePrecisionBatches {
 enum class Support { all, constrained };
 
 /// What a level keeps to be computed with: a matrix of that layout, and whatever its forces need in
-/// double precision; or no matrix, and its tets in single precision.
+/// double precision; no matrix, and its tets in single precision; or nothing (hexahedra).
 struct SinglePrecision {};
-using LevelStorage = std::variant<MatrixLayout, SinglePrecision>;
+struct MatrixFree {};
+using LevelStorage = std::variant<MatrixLayout, SinglePrecision, MatrixFree>;
 
-/// The elements and the operator of one mesh level, of P1 or P2 tets: the sum of a tangent
+/// The elements and the operator of one mesh level, of P1 or P2 tets or hexahedra: the sum of a tangent
 /// stiffness, damping and the lumped mass that OperatorTerms names; rows and columns of constrained
 /// components are those of the identity. In the mixed form K is that of the displacements alone,
-/// psi_mu + p theta at a given p.
+/// psi_mu + p theta at a given p. Hexahedra have no matrix; their mixed form is Q1-P0 with the
+/// pressure eliminated in each cell, p = lambda times the cell's mean of theta, so that the
+/// displacement is its only unknown.
 ///
 /// An assembler holds what does not change with the displacement: elements, moduli, constraints,
 /// the matrix. Where the body is comes as a Configuration with each call. To evaluate forces at u:
@@ -117,6 +120,8 @@ class LevelAssembler {
     /// Takes the rotation of every quadrature point from `u` (ghosts up to date). Does nothing for
     /// a model that does not rotate.
     void update_rotations(Vec u, ElementRotations& rotations) const;
+    /// Of each hexahedron from its mean gradient, for a preconditioner.
+    std::vector<Eigen::Matrix3d> cell_rotations(Vec u) const;
     /// The same from rotations.single_u; levels in single precision only.
     void update_single_rotations(ElementRotations& rotations) const;
     /// The tets of a level without a matrix (see is_batched); else null.
@@ -151,6 +156,16 @@ class LevelAssembler {
     /// of v are up to date.
     void add_stiffness_times(double factor, const Configuration& at, Vec v, Vec f,
                              Support of_v = Support::all) const;
+
+    /// f += factor K v on hexahedra. Tangent::frozen_rotation: exact for models without rotations.
+    void add_hexahedra_times(double factor, Tangent tangent, const Configuration& at,
+                             std::span<const double> v, std::span<double> f) const;
+    /// Whether hexahedra take the cell's mean dilation.
+    bool has_mean_dilation() const { return has_mean_dilation_; }
+    /// Lame's moduli of a local tet or hexahedron.
+    std::pair<double, double> lame_moduli(std::size_t e) const {
+        return {moduli(e).lambda, moduli(e).mu};
+    }
 
     /// f += factor K v on a level in single precision. Tangent::exact: K of its law, at the
     /// displacement of `at`; else Hooke's law turned by the rotations of `at`, which is positive
@@ -261,6 +276,10 @@ class LevelAssembler {
         return {values.data(), 3 * share.nodes.size()};
     }
     bool is_mixed() const { return pressure_.has_value(); }
+    /// lambda times the mean of theta over an element's points, of equal weight.
+    template <class Shape, class Values>
+    double mean_pressure(const Configuration& at, std::size_t e, const TetElement& element,
+                         const Values& values) const;
     /// work(mixed law, tets of a batch range) on all batches of a level in single precision.
     template <class Work>
     void over_mixed_batches(const ElementRotations& at, Work&& work,
@@ -270,9 +289,10 @@ class LevelAssembler {
     /// Adds factor K at `at`.
     void add_stiffness(BlockMatrix::Filling& matrix, const Configuration& at, double factor,
                        Tangent tangent);
-    /// visit(TetShape<n>{}) for the nodes a tet of this level has.
+    /// visit(n as a constant) for the nodes of an element of this level.
     template <class Visitor>
     decltype(auto) with_shape(Visitor&& visitor) const {
+        if (!share_.hexahedra.empty()) return visitor(std::integral_constant<int, 8>{});
         return share_.edge_nodes.empty() ? visitor(std::integral_constant<int, 4>{})
                                          : visitor(std::integral_constant<int, 10>{});
     }
@@ -330,6 +350,7 @@ class LevelAssembler {
     std::unique_ptr<BlockMatrix> damping_;  ///< K_d, without constraints
     PetscHandle<Vec> damping_force_;        ///< K_d v, N/s
     std::optional<PressureSpace> pressure_;
+    bool has_mean_dilation_ = false;  ///< hexahedra
 };
 
 }  // namespace livetet

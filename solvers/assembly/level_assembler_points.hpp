@@ -1,12 +1,24 @@
 #pragma once
 
+#include "mechanics/hex_kernels.hpp"
 #include "mechanics/materials/kinematics.hpp"
-#include "mechanics/tet_kernels.hpp"
 #include "solvers/assembly/level_assembler.hpp"
 
 // The visits of LevelAssembler to its quadrature points, for who calls one.
 
 namespace livetet {
+
+template <class Shape, class Values>
+double LevelAssembler::mean_pressure(const Configuration& at, std::size_t e,
+                                     const TetElement& element, const Values& values) const {
+    const ConstitutiveModel& model = *moduli(e).model;
+    double theta = 0;
+    for (int point = 0; point < Shape::points; ++point) {
+        const Eigen::Matrix3d H = values * Shape::gradients(element, point).transpose();
+        theta += model.volume_strain(H, rotation(at, e, point, Shape::points, H));
+    }
+    return element.lambda * theta / Shape::points;
+}
 
 template <class Visit>
 void LevelAssembler::visit_points(const Configuration& at, Visit&& visit) const {
@@ -15,17 +27,21 @@ void LevelAssembler::visit_points(const Configuration& at, Visit&& visit) const 
     if (is_mixed()) pressures.emplace(at.p);
     with_shape([&](auto count) {
         constexpr int nodes = decltype(count)::value;
-        using Shape = TetShape<nodes>;
+        using Shape = ElementShape<nodes>;
         for (std::size_t e = 0; e < share_.tets.size(); ++e) {
             const TetElement element = this->element(e);
             const ConstitutiveModel& model = *moduli(e).model;
             const Nodal<nodes> values = values_at<nodes>(e, u.data());
+            const double of_cell =
+                has_mean_dilation_ ? mean_pressure<Shape>(at, e, element, values) : 0;
             for (int point = 0; point < Shape::points; ++point) {
                 const auto g = Shape::gradients(element, point);
                 const Eigen::Matrix3d H = values * g.transpose();
                 const Eigen::Matrix3d R = rotation(at, e, point, Shape::points, H);
-                const double p = pressure_at(model, Shape{}, e, element.lambda, point,
-                                             pressures ? pressures->data() : nullptr, H, R);
+                const double p = has_mean_dilation_
+                                     ? of_cell
+                                     : pressure_at(model, Shape{}, e, element.lambda, point,
+                                                   pressures ? pressures->data() : nullptr, H, R);
                 visit(model, Shape{}, e, element, point, g, H, R, p);
             }
         }
@@ -84,7 +100,7 @@ void LevelAssembler::visit_volume_strain(const Configuration& at, Visit&& visit)
     const LocalValues values(at.u);
     with_shape([&](auto count) {
         constexpr int nodes = decltype(count)::value;
-        using Shape = TetShape<nodes>;
+        using Shape = ElementShape<nodes>;
         for (std::size_t e = 0; e < share_.tets.size(); ++e) {
             const TetElement element = this->element(e);
             const ConstitutiveModel& model = *moduli(e).model;

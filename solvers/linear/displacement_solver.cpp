@@ -39,7 +39,9 @@ void DisplacementSolver::add_level(const DistributedHierarchy& mesh, const Elast
                                    LevelStorage storage) {
     const MeshHierarchy& hierarchy = mesh.hierarchy;
     const std::size_t l = levels_.size();
-    const bool is_mixed = role_ == Role::preconditioner;
+    const bool is_grid = !hierarchy.levels[l].hexahedra.empty();
+    const bool is_mixed =
+        is_grid ? resolved_formulation(model) == Formulation::mixed : role_ == Role::preconditioner;
     std::vector<Material> materials(model.materials.begin(), model.materials.end());
     if (is_mixed)
         for (Material& m : materials) {

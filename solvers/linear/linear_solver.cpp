@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "solvers/linear/algebraic_solver.hpp"
+#include "solvers/linear/hex_solver.hpp"
 #include "solvers/linear/live_solver.hpp"
 #include "solvers/linear/multigrid_solver.hpp"
 #include "solvers/linear/saddle_point_solver.hpp"
@@ -132,6 +133,8 @@ std::unique_ptr<LinearSolver> make_linear_solver(const DistributedHierarchy& mes
                                                  const ElasticModel& model,
                                                  const SolverOptions& options, ThreadTeam& team) {
     using Role = DisplacementSolver::Role;
+    if (!mesh.hierarchy.levels.front().hexahedra.empty())
+        return std::make_unique<HexSolver>(mesh, model, options);
     if (resolved_formulation(model) == Formulation::displacement)
         return make_displacement_solver(mesh, model, options, Role::solver, team);
     if (options.kind == SolverKind::live)

@@ -23,7 +23,7 @@ std::vector<TetFields> DeformableBody::local_tet_fields() {
     std::vector<TetFields> local(share.tets.size());
     fine.visit_fields(configuration(),
                       [&](std::size_t e, const TetFields& fields) { local[e] = fields; });
-    const double points = share.edge_nodes.empty() ? 1 : 4;
+    const double points = !share.hexahedra.empty() ? 8 : share.edge_nodes.empty() ? 1 : 4;
     fine.visit_stress(configuration(), [&](std::size_t e, int, const Eigen::Matrix3d& stress) {
         local[e].cauchy_stress_Pa += stress / points;
     });
@@ -64,6 +64,11 @@ std::vector<TetFields> DeformableBody::tet_fields() {
     }
     MPI_Allreduce(MPI_IN_PLACE, packed.data(), static_cast<int>(packed.size()), MPI_DOUBLE, MPI_SUM,
                   share.comm);
+    // The tets of a hexahedron have its mean fields.
+    if (!share.hexahedra.empty())
+        for (std::size_t e = 0; e < solver_->tet_count(); ++e)
+            std::copy_n(packed.data() + numbers * (e - e % tets_per_hexahedron), numbers,
+                        packed.data() + numbers * e);
     std::vector<TetFields> fields;
     fields.reserve(solver_->tet_count());
     for (const double* at = packed.data(); at < packed.data() + packed.size(); at += numbers)
@@ -75,6 +80,8 @@ std::vector<Eigen::Matrix3d> DeformableBody::nodal_stress() {
     const LevelAssembler& fine = level();
     const PartitionedMesh& share = mesh();
     const bool quadratic = !share.edge_nodes.empty();
+    if (!share.hexahedra.empty())
+        fail("nodal_stress: found hexahedra, expected tetrahedra; tet_fields has their stress");
     // The linear function through the values v_q at the four points has at corner i the value
     // own * v_i + other * (sum of the other three).
     const double own = quadratic ? (3 * std::sqrt(5.0) + 1) / 4 : 1,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "base/error.hpp"
 #include "solvers/parallel/partition.hpp"
 
 namespace livetet {
@@ -66,12 +67,23 @@ PartitionedMesh distribute_mesh(MPI_Comm comm, const TetMesh& mesh,
         std::iota(share.nodes.begin(), share.nodes.end(), 0);
         share.numbers.assign(share.nodes.begin(), share.nodes.end());
         share.number_of_node = share.numbers;
+        if (!mesh.hexahedra.empty()) {
+            share.hexahedra = mesh.hexahedra;
+            for (std::size_t e = 0; e < mesh.hexahedra.size(); ++e) {
+                const Hexahedron& h = mesh.hexahedra[e];
+                share.tets.push_back({h[0], h[1], h[2], h[4]});
+                share.tet_ids.push_back(static_cast<std::int32_t>(tets_per_hexahedron * e));
+            }
+            return share;
+        }
         share.tets = mesh.tets;
         share.edge_nodes = mesh.edge_nodes;
         share.tet_ids.resize(mesh.tets.size());
         std::iota(share.tet_ids.begin(), share.tet_ids.end(), 0);
         return share;
     }
+    if (!mesh.hexahedra.empty())
+        fail("hexahedra on {} ranks, expected one: only tetrahedra are distributed", share.ranks);
     const Distributed d = find_share(mesh, parts, rank);
     share.nodes = with_edge_nodes(mesh, d.owned_nodes);
     share.owned = static_cast<std::int32_t>(share.nodes.size());

@@ -22,12 +22,16 @@ struct PartitionedMesh {
         number_of_node;     ///< node of the whole mesh -> PETSc's number, on every rank
     std::vector<Tet> tets;  ///< in local nodes
     std::vector<std::array<std::int32_t, 6>> edge_nodes;  ///< P2: in local nodes
-    std::vector<std::int32_t> tet_ids;                    ///< local tet -> tet of the whole mesh
+    /// Grids: in local nodes. `tets` are then their corner tets (corners 0, 1, 2, 4), one each.
+    std::vector<Hexahedron> hexahedra{};
+    /// Local tet -> tet of the whole mesh; of a hexahedron the first of its six.
+    std::vector<std::int32_t> tet_ids;
 
     std::size_t ghosts() const { return nodes.size() - owned; }
-    int nodes_per_tet() const { return edge_nodes.empty() ? 4 : 10; }
-    /// Local node i of local tet e: corners, then edge nodes.
+    int nodes_per_tet() const { return !hexahedra.empty() ? 8 : edge_nodes.empty() ? 4 : 10; }
+    /// Local node i of local tet e: corners, then edge nodes; or of hexahedron e.
     std::int32_t node(std::size_t e, int i) const {
+        if (!hexahedra.empty()) return hexahedra[e][i];
         return i < 4 ? tets[e][i] : edge_nodes[e][i - 4];
     }
 };
@@ -35,7 +39,7 @@ struct PartitionedMesh {
 /// Distributes `mesh`, which every rank holds, by the parts of its tets (see partition_levels):
 /// each rank takes its own share, without a message. With one rank, nothing is distributed and
 /// `parts` may be empty. An edge node of a P2 mesh goes to the owner of the first of its two
-/// corners.
+/// corners. Throws Error for hexahedra on several ranks.
 PartitionedMesh distribute_mesh(MPI_Comm comm, const TetMesh& mesh,
                                 std::span<const std::int32_t> parts);
 

@@ -1,12 +1,25 @@
 #include "mechanics/gravity_load.hpp"
 
-#include "mechanics/tet_kernels.hpp"
+#include "mechanics/hex_kernels.hpp"
+#include "mesh/hex_grid.hpp"
 
 namespace livetet {
 
 std::vector<Vector3> gravity_load(const TetMesh& mesh, std::span<const Material> materials,
                                   const Vector3& gravity) {
     std::vector<Vector3> force(mesh.nodes.size(), Vector3::Zero());
+    if (!mesh.hexahedra.empty()) {
+        const double volume = cell_volume(mesh);
+        for (std::size_t e = 0; e < mesh.hexahedra.size(); ++e) {
+            const Material& material = material_of(
+                materials, mesh.regions.empty() ? 0 : mesh.regions[tets_per_hexahedron * e]);
+            for (int c = 0; c < 8; ++c)
+                force[mesh.hexahedra[e][c]] += ElementShape<8>::force_share(c) *
+                                               material.density_kg_per_m3 * mesh.shares[e] *
+                                               volume * gravity;
+        }
+        return force;
+    }
     for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
         const Material& material =
             material_of(materials, mesh.regions.empty() ? 0 : mesh.regions[e]);

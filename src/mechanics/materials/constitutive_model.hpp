@@ -87,6 +87,14 @@ class ConstitutiveModel {
     virtual Matrix3 shear_stress_increment(double mu, double p, const Matrix3& H, const Matrix3& R,
                                            const Matrix3& dF) const = 0;
 
+    /// What the rotation's own derivative adds to `shear_stress_increment`, Pa, where a pressure p
+    /// acts on theta: the sum is the exact derivative. Nothing, unless a model rotates.
+    virtual Matrix3 turn_increment([[maybe_unused]] double mu, [[maybe_unused]] double p,
+                                   const Matrix3& /*H*/, const Matrix3& /*R*/,
+                                   const Matrix3& /*dF*/) const {
+        return Matrix3::Zero();
+    }
+
     /// d^2 psi_mu / dF^2 + p d^2 theta / dF^2 as a matrix on vec F (columns stacked), Pa, with the
     /// rotation's derivative; without its negative eigenvalues unless `tangent` is `exact`. This
     /// one is for finite strain: nine increments and an eigenvalue problem of nine unknowns. A

@@ -26,6 +26,8 @@ class Corotated final : public ConstitutiveModel {
     Matrix3 shear_stress(double mu, const Matrix3& H, const Matrix3& R) const override;
     Matrix3 shear_stress_increment(double mu, double p, const Matrix3& H, const Matrix3& R,
                                    const Matrix3& dF) const override;
+    Matrix3 turn_increment(double mu, double p, const Matrix3& H, const Matrix3& R,
+                           const Matrix3& dF) const override;
     Matrix9 shear_tangent(double mu, double p, const Matrix3& H, Tangent tangent) const override;
     double volume_strain(const Matrix3& H, const Matrix3& R) const override;
     Matrix3 volume_strain_gradient(const Matrix3& H, const Matrix3& R) const override;

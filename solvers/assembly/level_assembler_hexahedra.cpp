@@ -1,0 +1,82 @@
+// Products of LevelAssembler's tangent on hexahedra, which have no matrix.
+
+#include <algorithm>
+
+#include "solvers/assembly/level_assembler_points.hpp"
+
+namespace livetet {
+
+namespace {
+
+using Hex = ElementShape<8>;
+
+/// (d^2 psi_mu / dF^2 + p d^2 theta / dF^2) : dF of that tangent, Pa.
+Eigen::Matrix3d shear_product(const ConstitutiveModel& model, Tangent tangent, double mu, double p,
+                              const Eigen::Matrix3d& H, const Eigen::Matrix3d& R,
+                              const Eigen::Matrix3d& dF) {
+    if (tangent == Tangent::positive && !model.is_hooke_by_rotation()) {
+        const Matrix9 A = model.shear_tangent(mu, p, H, tangent);
+        const Eigen::Matrix<double, 9, 1> product =
+            A * Eigen::Map<const Eigen::Matrix<double, 9, 1>>(dF.data());
+        return Eigen::Map<const Eigen::Matrix3d>(product.data());
+    }
+    Eigen::Matrix3d dP = model.shear_stress_increment(mu, p, H, R, dF);
+    if (tangent == Tangent::exact) dP += model.turn_increment(mu, p, H, R, dF);
+    return dP;
+}
+
+}  // namespace
+
+// f_c += V / 8 sum over points (dP + lambda dtheta N) g_c, with dtheta = N : dF of the point, or the
+// mean over the cell.
+void LevelAssembler::add_hexahedra_times(double factor, Tangent tangent, const Configuration& at,
+                                         std::span<const double> v, std::span<double> f) const {
+    const LocalValues displacement(at.u);
+    for (std::size_t e = 0; e < share_.hexahedra.size(); ++e) {
+        const TetElement element = this->element(e);
+        const ConstitutiveModel& model = *moduli(e).model;
+        const Nodal<8> values = values_at<8>(e, displacement.data()),
+                       direction = values_at<8>(e, v.data());
+        const bool is_linear = model.kinematics() == Kinematics::small_strain;
+        const double of_cell =
+            has_mean_dilation_ && !is_linear ? mean_pressure<Hex>(at, e, element, values) : 0;
+        Eigen::Matrix3d N[Hex::points], dP[Hex::points];
+        double dtheta[Hex::points], mean = 0;
+        for (int point = 0; point < Hex::points; ++point) {
+            const auto g = Hex::gradients(element, point);
+            const Eigen::Matrix3d H = values * g.transpose(), dF = direction * g.transpose();
+            const Eigen::Matrix3d R = rotation(at, e, point, Hex::points, H);
+            const double p = is_linear            ? 0
+                             : has_mean_dilation_ ? of_cell
+                                                  : element.lambda * model.volume_strain(H, R);
+            dP[point] = shear_product(model, tangent, element.mu, p, H, R, dF);
+            N[point] = model.volume_strain_gradient(H, R);
+            dtheta[point] = N[point].cwiseProduct(dF).sum();
+            mean += dtheta[point] / Hex::points;
+        }
+        Nodal<8> forces = Nodal<8>::Zero();
+        for (int point = 0; point < Hex::points; ++point)
+            forces.noalias() +=
+                (dP[point] +
+                 (element.lambda * (has_mean_dilation_ ? mean : dtheta[point])) * N[point]) *
+                Hex::gradients(element, point);
+        forces *= factor * element.volume / Hex::points;
+        for (int c = 0; c < 8; ++c)
+            Eigen::Map<Eigen::Vector3d>(f.data() + 3 * share_.hexahedra[e][c]) += forces.col(c);
+    }
+}
+
+std::vector<Eigen::Matrix3d> LevelAssembler::cell_rotations(Vec u) const {
+    const LocalValues values(u);
+    std::vector<Eigen::Matrix3d> rotations;
+    rotations.reserve(share_.hexahedra.size());
+    const Hex::Gradients middle = Hex::local_gradients(Eigen::Vector3d::Constant(0.5));
+    for (std::size_t e = 0; e < share_.hexahedra.size(); ++e) {
+        const Hex::Gradients g = element(e).gradients.rightCols<3>() * middle;
+        rotations.push_back(rotation_of(Eigen::Matrix3d::Identity() +
+                                        values_at<8>(e, values.data()) * g.transpose()));
+    }
+    return rotations;
+}
+
+}  // namespace livetet

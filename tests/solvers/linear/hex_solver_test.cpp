@@ -1,0 +1,256 @@
+// Bodies of hexahedra: exact where the elements are, convergent elsewhere, in few iterations.
+
+#include "solvers/linear/hex_solver.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+
+#include <cmath>
+#include <numbers>
+
+#include "base/error.hpp"
+#include "mechanics/gravity_load.hpp"
+#include "solvers/nonlinear/deformable_body.hpp"
+#include "support/hex_grids.hpp"
+#include "support/ranks.hpp"
+
+namespace livetet {
+namespace {
+
+const SolveControls hex_tight{.max_newton = 60, .tolerance = 1e-10, .linear_tolerance = 1e-10};
+
+MeshHierarchy alone(TetMesh mesh) { return make_hierarchy({std::move(mesh)}, "a grid"); }
+
+template <class Where>
+std::vector<std::int32_t> grid_nodes(const TetMesh& mesh, Where&& where) {
+    std::vector<std::int32_t> nodes;
+    for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
+        if (where(mesh.nodes[n])) nodes.push_back(static_cast<std::int32_t>(n));
+    return nodes;
+}
+
+/// A body with a step takes a linear displacement of its border exactly,
+/// whatever the model and form.
+TEST(HexSolver, PassesThePatchTest) {
+    if (test::rank_count() > 1) GTEST_SKIP() << "one rank";
+    const MeshHierarchy hierarchy =
+        alone(test::hex_grid({5, 4, 6}, {0.05, 0.06, 0.03},
+                             [](const Vector3& x) { return x.x() < 0.03 || x.z() < 0.015; }));
+    const TetMesh& grid = hierarchy.levels.front();
+    Eigen::Matrix3d H;
+    H << 0.02, 0.01, -0.03, 0.015, -0.01, 0.02, 0.01, 0.005, 0.03;
+    const auto border = nodes_of(boundary_triangles(grid.tets));
+    for (const char* model : {"linear", "corotated", "neohookean"})
+        for (const Formulation form : {Formulation::displacement, Formulation::mixed}) {
+            const std::vector<Material> materials{{.young_Pa = 3000, .poisson = 0.4}};
+            DeformableBody body({PETSC_COMM_SELF, hierarchy}, {materials, model, form}, {}, {});
+            Constraints constraints(grid.nodes.size());
+            for (const std::int32_t n : border)
+                constraints.prescribe(std::span(&n, 1), H * grid.nodes[n]);
+            body.set_constraints(constraints);
+            const StepReport report =
+                body.solve(0, {.max_newton = 60, .tolerance = 1e-13, .linear_tolerance = 1e-12});
+            ASSERT_TRUE(report.converged) << model << ": " << report.reason;
+            const auto u = body.displacement();
+            for (std::size_t n = 0; n < u.size(); ++n)
+                ASSERT_LT((u[n] - H * grid.nodes[n]).norm(), 1e-10 * 0.06) << model << n;
+        }
+}
+
+/// K v is the derivative of the forces, in each model and form.
+TEST(HexSolver, TangentIsTheDerivativeOfTheForces) {
+    if (test::rank_count() > 1) GTEST_SKIP() << "one rank";
+    TetMesh mesh = test::hex_grid({3, 2, 2}, {0.03, 0.02, 0.02});
+    mesh.shares[3] = 0.4;
+    const MeshHierarchy hierarchy = alone(std::move(mesh));
+    const std::size_t nodes = hierarchy.levels.front().nodes.size();
+    const auto rough = [&](double size, std::uint32_t state) {
+        std::vector<Vector3> values(nodes);
+        for (Vector3& v : values)
+            for (double& c : v)
+                c = size * ((state = state * 1664525u + 1013904223u) / 4294967296.0 - 0.5);
+        return values;
+    };
+    const std::vector<Vector3> u = rough(0.006, 1), v = rough(1, 2);
+    for (const char* model : {"linear", "corotated", "neohookean", "green", "mooney-rivlin"})
+        for (const Formulation form : {Formulation::displacement, Formulation::mixed}) {
+            std::vector<Material> materials{{.young_Pa = 3000, .poisson = 0.45}};
+            try {
+                materials[0].model = ModelChoice(model);
+            } catch (const Error&) {
+                continue;
+            }
+            LevelAssembler level(hierarchy.levels.front(),
+                                 distribute_mesh(PETSC_COMM_SELF, hierarchy.levels.front(), {}),
+                                 materials, "corotated", form, MatrixFree{});
+            const auto at = make_vector(level.share()), f = make_vector(level.share());
+            ElementRotations rotations = level.make_rotations();
+            const auto force = [&](double step) {
+                std::vector<Vector3> moved = u;
+                for (std::size_t n = 0; n < nodes; ++n) moved[n] += step * v[n];
+                fill(level.share(), moved, at.get());
+                level.update_rotations(at.get(), rotations);
+                level.elastic_force({.u = at.get(), .rotations = &rotations}, f.get());
+                return gather(level.share(), f.get());
+            };
+            constexpr double h = 1e-7;
+            const auto plus = force(h), minus = force(-h);
+            (void)force(0);
+            std::vector<double> direction, product(3 * nodes, 0.0);
+            for (const Vector3& x : v) direction.insert(direction.end(), x.begin(), x.end());
+            level.add_hexahedra_times(1, Tangent::exact, {.u = at.get(), .rotations = &rotations},
+                                      direction, product);
+            double gap = 0, size = 0;
+            for (std::size_t n = 0; n < nodes; ++n) {
+                const Vector3 difference = (plus[n] - minus[n]) / (2 * h);
+                gap += (difference - Eigen::Map<Vector3>(product.data() + 3 * n)).squaredNorm();
+                size += difference.squaredNorm();
+            }
+            EXPECT_LT(std::sqrt(gap / size), 1e-6) << model << ", " << static_cast<int>(form);
+            // The energy's derivative is the force.
+            const auto energy = [&](double step) {
+                (void)force(step);
+                return level.strain_energy({.u = at.get(), .rotations = &rotations});
+            };
+            const double slope = (energy(h) - energy(-h)) / (2 * h);
+            const auto f0 = force(0);
+            double work = 0;
+            for (std::size_t n = 0; n < nodes; ++n) work += f0[n].dot(v[n]);
+            EXPECT_NEAR(slope / work, 1, 1e-6) << model;
+        }
+}
+
+/// A ragged body: an ellipsoid with holes three cells wide and a cut from one side.
+TetMesh ragged(int n) {
+    return test::hex_grid({n, n, n}, {0.1, 0.1, 0.1}, [n](const Vector3& x) {
+        const Vector3 c = (x - Vector3::Constant(0.05)) / 0.05;
+        const bool hole = (c - Vector3(0.3, 0.2, 0.1)).norm() < 0.3 ||
+                          (c - Vector3(-0.4, -0.3, 0.3)).norm() < 0.25;
+        const bool cut = std::abs(c.x() + 0.1) < 1.5 / n && c.y() > 0;
+        return c.norm() < 1 && !hole && !cut;
+    });
+}
+
+/// To 1e-8 within a few more iterations on 95,000 cells than on 2,000.
+TEST(HexSolver, TakesFewIterationsOnAnyNumberOfCells) {
+    if (test::rank_count() > 1) GTEST_SKIP() << "one rank";
+    for (const auto& [poisson, most] : {std::pair{0.3, 13}, {0.45, 18}})
+        for (const int n : {16, 32, 58}) {
+            const MeshHierarchy hierarchy = alone(ragged(n));
+            const TetMesh& mesh = hierarchy.levels.front();
+            const std::vector<Material> materials{{.young_Pa = 3000, .poisson = poisson}};
+            DeformableBody body({PETSC_COMM_SELF, hierarchy}, {materials, "linear"}, {}, {});
+            Constraints constraints(mesh.nodes.size());
+            constraints.prescribe(grid_nodes(mesh, [](const Vector3& x) { return x.z() < 0.03; }),
+                                  Vector3::Zero());
+            body.set_constraints(constraints);
+            body.set_external_force(gravity_load(mesh, materials, Vector3(9.81, 0, 0)));
+            const StepReport report =
+                body.solve(0, {.max_newton = 1, .tolerance = 1e-7, .linear_tolerance = 1e-8});
+            EXPECT_TRUE(report.converged) << report.reason;
+            EXPECT_LE(report.iterations, most)
+                << mesh.hexahedra.size() << " cells, poisson " << poisson;
+        }
+}
+
+/// u = sin(pi x) sin(pi y) sin(pi z) a on the unit cube, zero on its border, under the body force
+/// that this takes: order 2 in displacement. (Interpolation alone would be that.)
+double manufactured_error(int n) {
+    const MeshHierarchy hierarchy = alone(test::hex_grid({n, n, n}, {1, 1, 1}));
+    const TetMesh& mesh = hierarchy.levels.front();
+    const std::vector<Material> materials{{.young_Pa = 1, .poisson = 0.3}};
+    const double lambda = materials[0].lambda(), mu = materials[0].mu();
+    constexpr double pi = std::numbers::pi;
+    const Vector3 a(1, 2, -1);
+    // f = -mu lap u - (lambda + mu) grad div u, with u = a phi: -lap phi = 3 pi^2 phi.
+    const auto body_force = [&](const Vector3& x) -> Vector3 {
+        Eigen::Matrix3d hessian;
+        const Eigen::Array3d s = (pi * x.array()).sin(), c = (pi * x.array()).cos();
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) {
+                double value = pi * pi;
+                for (int d = 0; d < 3; ++d)
+                    value *= i == j ? (d == i ? -s[d] : s[d]) : (d == i || d == j ? c[d] : s[d]);
+                hessian(i, j) = value;
+            }
+        return 3 * pi * pi * mu * s.prod() * a - (lambda + mu) * hessian * a;
+    };
+    std::vector<Vector3> force(mesh.nodes.size(), Vector3::Zero());
+    const double volume = cell_volume(mesh);
+    for (const Hexahedron& cell : mesh.hexahedra)
+        for (int point = 0; point < 8; ++point) {
+            const Vector3 at = ElementShape<8>::place(point);
+            const Vector3 f = body_force(mesh.nodes[cell[0]] + at / n) * volume / 8;
+            for (int k = 0; k < 8; ++k) {
+                double N = 1;
+                for (int d = 0; d < 3; ++d) N *= k >> d & 1 ? at[d] : 1 - at[d];
+                force[cell[k]] += N * f;
+            }
+        }
+    DeformableBody body({PETSC_COMM_SELF, hierarchy}, {materials, "linear"}, {}, {});
+    Constraints constraints(mesh.nodes.size());
+    constraints.prescribe(nodes_of(boundary_triangles(mesh.tets)), Vector3::Zero());
+    body.set_constraints(constraints);
+    body.set_external_force(force);
+    EXPECT_TRUE(body.solve(0, hex_tight).converged);
+    const auto u = body.displacement();
+    // In L2, at the cells' middles, where the answer is no node's.
+    double sum = 0;
+    for (const Hexahedron& cell : mesh.hexahedra) {
+        Vector3 mean = Vector3::Zero();
+        for (const std::int32_t k : cell) mean += u[k] / 8;
+        const Vector3 x = mesh.nodes[cell[0]] + Vector3::Constant(0.5 / n);
+        sum += volume * (mean - (pi * x.array()).sin().prod() * a).squaredNorm();
+    }
+    return std::sqrt(sum);
+}
+
+TEST(HexSolver, ConvergesWithOrderTwo) {
+    if (test::rank_count() > 1) GTEST_SKIP() << "one rank";
+    const double coarse = manufactured_error(8), fine = manufactured_error(16);
+    EXPECT_GT(std::log2(coarse / fine), 1.9) << coarse << ", " << fine;
+    EXPECT_LT(fine, 0.02);
+}
+
+/// A pressed block near incompressibility: by displacements alone it locks; from the cell's mean
+/// dilation its stiffness hardly changes from 0.49 to 0.4999.
+TEST(HexSolver, MeanDilationDoesNotLock) {
+    if (test::rank_count() > 1) GTEST_SKIP() << "one rank";
+    const MeshHierarchy hierarchy = alone(test::hex_grid({8, 8, 8}, {0.1, 0.1, 0.1}));
+    const TetMesh& mesh = hierarchy.levels.front();
+    const auto energy = [&](double poisson, Formulation form) {
+        // Of one shear modulus.
+        const std::vector<Material> materials{
+            {.young_Pa = 2000 * (1 + poisson), .poisson = poisson}};
+        DeformableBody body({PETSC_COMM_SELF, hierarchy}, {materials, "linear", form}, {}, {});
+        Constraints constraints(mesh.nodes.size());
+        constraints.prescribe(grid_nodes(mesh, [](const Vector3& x) { return x.z() < 1e-9; }),
+                              Vector3::Zero());
+        constraints.prescribe(
+            grid_nodes(
+                mesh,
+                [](const Vector3& x) { return x.z() > 0.0999 && x.x() < 0.051 && x.y() < 0.051; }),
+            Vector3(0, 0, -0.01));
+        body.set_constraints(constraints);
+        EXPECT_TRUE(body.solve(0, {.linear_tolerance = 1e-8}).converged) << poisson;
+        return body.strain_energy();
+    };
+    const double at_49 = energy(0.49, Formulation::mixed),
+                 nearer = energy(0.4999, Formulation::mixed);
+    EXPECT_LT(nearer / at_49, 1.1);
+    EXPECT_GT(energy(0.4999, Formulation::displacement) / nearer, 1.5);
+}
+
+TEST(HexSolver, RefusesOtherSolvers) {
+    if (test::rank_count() > 1) GTEST_SKIP() << "one rank";
+    const MeshHierarchy hierarchy = alone(test::hex_grid({2, 2, 2}, {0.1, 0.1, 0.1}));
+    const std::vector<Material> materials{{}};
+    for (const SolverKind kind : {SolverKind::live, SolverKind::direct, SolverKind::gamg})
+        EXPECT_THROW(
+            DeformableBody({PETSC_COMM_SELF, hierarchy}, {materials, "linear"}, {}, {.kind = kind}),
+            Error);
+}
+
+}  // namespace
+}  // namespace livetet
