@@ -54,8 +54,8 @@ double rms_over(const std::vector<RegistrationRun>& runs, Vector3 RegisteredTarg
 
 /// Registers the organ by its surface, rigidly and deforming, with a model of another material
 /// (corotated, nu = 0.40), mesh and elements (four nodes) than the truth's. The frame of the points
-/// is off by 2 mm and 1 degree. `model`: the mesh, with the set "fixed". `energy_mJ`: of the scene's
-/// section deform. Needs a PetscSession.
+/// is off by 2 mm and 1 degree. `model`: the mesh, with the set "fixed". `energy_mJ`: of the
+/// scene's section deform. Needs a PetscSession.
 RegistrationRun run_registration(const RegistrationCell& cell, const PulledOrgan& organ,
                                  const MeshHierarchy& model, std::uint64_t seed, double energy_mJ);
 
