@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "mesh/hex_grid.hpp"
 
 namespace livetet {
 
@@ -113,11 +114,52 @@ ImageGrid read_grid(const hdf5::File& file) {
     return image;
 }
 
+/// Between the order of our corners and that of VTK and XDMF, round each layer; the same both ways.
+constexpr int round_order[8] = {0, 1, 3, 2, 4, 5, 7, 6};
+
+Hexahedron reordered(const Hexahedron& from) {
+    Hexahedron to{};
+    for (int c = 0; c < 8; ++c) to[c] = from[round_order[c]];
+    return to;
+}
+
+void write_hexahedra(hdf5::File& file, const std::string& group, const TetMesh& mesh) {
+    std::vector<Hexahedron> rows;
+    rows.reserve(mesh.hexahedra.size());
+    for (const Hexahedron& h : mesh.hexahedra) rows.push_back(reordered(h));
+    file.write<std::int32_t>(group + "/hexahedra", flat<std::int32_t>(rows), 8);
+    file.write<double>(group + "/shares", mesh.shares, 1);
+    if (mesh.regions.empty()) return;
+    std::vector<std::int32_t> regions;
+    for (std::size_t e = 0; e < mesh.hexahedra.size(); ++e)
+        regions.push_back(mesh.regions[tets_per_hexahedron * e]);
+    file.write<std::int32_t>(group + "/regions", regions, 1);
+}
+
+void read_hexahedra(const hdf5::File& file, const std::string& group, TetMesh& mesh) {
+    const std::string where = fmt::format("{}: {}", file.shown(), group);
+    for (const auto& row : read_rows<std::int32_t, 8>(file, group + "/hexahedra"))
+        mesh.hexahedra.push_back(reordered(row));
+    mesh.shares = file.read<double>(group + "/shares", 1).values;
+    (void)hex_level_of(mesh, where);  // throws unless it is a grid
+    mesh.tets = tets_of_hexahedra(mesh.hexahedra);
+    if (!file.has(group + "/regions")) return;
+    const auto regions = file.read<std::int32_t>(group + "/regions", 1).values;
+    if (regions.size() != mesh.hexahedra.size())
+        fail("{}: {} region labels for {} hexahedra, expected one each", where, regions.size(),
+             mesh.hexahedra.size());
+    for (const std::int32_t region : regions)
+        mesh.regions.insert(mesh.regions.end(), tets_per_hexahedron, region);
+}
+
 }  // namespace
 
 void write_mesh(hdf5::File& file, const std::string& group, const TetMesh& mesh) {
     file.write<double>(group + "/nodes", flat<double>(mesh.nodes), 3);
-    file.write<std::int32_t>(group + "/tets", flat<std::int32_t>(mesh.tets), 4);
+    if (mesh.hexahedra.empty())
+        file.write<std::int32_t>(group + "/tets", flat<std::int32_t>(mesh.tets), 4);
+    else
+        write_hexahedra(file, group, mesh);
     if (!mesh.edge_nodes.empty()) {
         // One table with all ten nodes, as XDMF's Tetrahedron_10 requires.
         std::vector<std::int32_t> ten;
@@ -127,7 +169,8 @@ void write_mesh(hdf5::File& file, const std::string& group, const TetMesh& mesh)
         }
         file.write<std::int32_t>(group + "/ten_node_tets", ten, 10);
     }
-    if (!mesh.regions.empty()) file.write<std::int32_t>(group + "/regions", mesh.regions, 1);
+    if (!mesh.regions.empty() && mesh.hexahedra.empty())
+        file.write<std::int32_t>(group + "/regions", mesh.regions, 1);
     for (const auto& [name, nodes] : mesh.node_sets)
         file.write<std::int32_t>(group + "/node_sets/" + escape(name), nodes, 1);
     for (const auto& [name, triangles] : mesh.triangle_sets)
@@ -139,7 +182,8 @@ std::size_t bytes_written(const TetMesh& mesh) {
     constexpr std::size_t index = sizeof(std::int32_t);
     std::size_t bytes =
         mesh.nodes.size() * sizeof(Vector3) +
-        (4 * mesh.tets.size() + 10 * mesh.edge_nodes.size() + mesh.regions.size()) * index;
+        (4 * mesh.tets.size() + 10 * mesh.edge_nodes.size() + mesh.regions.size()) * index +
+        mesh.hexahedra.size() * (sizeof(Hexahedron) + sizeof(double));
     for (const auto& [name, nodes] : mesh.node_sets) bytes += nodes.size() * index;
     for (const auto& [name, triangles] : mesh.triangle_sets) bytes += 3 * triangles.size() * index;
     return bytes;
@@ -149,11 +193,14 @@ TetMesh read_mesh(const hdf5::File& file, const std::string& group) {
     TetMesh mesh;
     for (const auto& x : read_rows<double, 3>(file, group + "/nodes"))
         mesh.nodes.emplace_back(x[0], x[1], x[2]);
-    mesh.tets = read_rows<std::int32_t, 4>(file, group + "/tets");
+    if (file.has(group + "/hexahedra"))
+        read_hexahedra(file, group, mesh);
+    else
+        mesh.tets = read_rows<std::int32_t, 4>(file, group + "/tets");
     if (file.has(group + "/ten_node_tets"))
         for (const auto& ten : read_rows<std::int32_t, 10>(file, group + "/ten_node_tets"))
             mesh.edge_nodes.push_back({ten[4], ten[5], ten[6], ten[7], ten[8], ten[9]});
-    if (file.has(group + "/regions"))
+    if (file.has(group + "/regions") && mesh.hexahedra.empty())
         mesh.regions = file.read<std::int32_t>(group + "/regions", 1).values;
     check_tet_mesh(mesh, fmt::format("{}: {}", file.shown(), group));
     for (const std::string& name : file.names(group + "/node_sets")) {

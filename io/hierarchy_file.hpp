@@ -13,6 +13,8 @@ namespace livetet {
 /// Writes a hierarchy as HDF5, in metres, RAS:
 /// - `/levels/0/nodes, tets, regions, node_sets/NAME, triangle_sets/NAME`: a mesh, level 0 the
 ///   finest;
+/// - for a grid `/levels/0/hexahedra` in place of tets, in the order of VTK and XDMF, and `shares`;
+///   regions are then those of the hexahedra;
 /// - `/transfers/0/nodes, weights, distance`: the map from level 0 to level 1;
 /// - `/provenance`; `/world`, which is "RAS, metres";
 /// - `/image/size, ras_from_voxel, spacing`: the grid of the image that was meshed, if any.

@@ -33,6 +33,7 @@ ResultWriter::ResultWriter(const fs::path& path, const TetMesh& mesh, const std:
     : path_(path),
       nodes_(mesh.nodes.size()),
       tets_(mesh.tets.size()),
+      hexahedra_(mesh.hexahedra.size()),
       regions_(!mesh.regions.empty()),
       quadratic_(!mesh.edge_nodes.empty()),
       precision_(precision) {
@@ -127,8 +128,14 @@ void ResultWriter::append_field(const std::string& name, FieldPlace place, int c
     if (!file_->reserve(values.size() * sizeof(double) + room_beside))
         fail("{}: no room on the disk for field {}", path_.string(), name);
     if (times_.size() == 1) fields_.push_back({name, place, components});
-    file_->write<double>(field_table(name, times_.size() - 1), {values.begin(), values.end()},
-                         components);
+    std::vector<double> kept;  // of a grid the hexahedra's, whose six tets are alike
+    const auto step =
+        static_cast<std::size_t>(components) *
+        (hexahedra_ > 0 && place == FieldPlace::tet ? tets_per_hexahedron : std::size_t{1});
+    for (std::size_t i = 0; i < values.size(); i += step)
+        kept.insert(kept.end(), values.begin() + static_cast<std::ptrdiff_t>(i),
+                    values.begin() + static_cast<std::ptrdiff_t>(i) + components);
+    file_->write<double>(field_table(name, times_.size() - 1), kept, components);
 }
 
 void ResultWriter::append_values(const std::string& name, std::span<const double> values) {
@@ -169,8 +176,14 @@ void ResultWriter::close() {
 std::string ResultWriter::xdmf() const {
     std::vector<XdmfFrame> frames;
     for (std::size_t k = 0; k < times_.size(); ++k) {
-        XdmfFrame& frame = frames.emplace_back(
-            XdmfFrame{times_[k], "mesh", nodes_, tets_, quadratic_, regions_, {}});
+        XdmfFrame& frame = frames.emplace_back(XdmfFrame{times_[k],
+                                                         "mesh",
+                                                         nodes_,
+                                                         hexahedra_ > 0 ? hexahedra_ : tets_,
+                                                         quadratic_,
+                                                         regions_,
+                                                         {},
+                                                         hexahedra_ > 0});
         frame.fields.push_back({"displacement", frame_table(k), FieldPlace::node, 3,
                                 precision_ == Precision::full ? 8 : 4});
         for (const Field& f : fields_)
@@ -216,7 +229,16 @@ std::vector<double> ResultReader::values(const std::string& name, std::size_t k,
 
 std::vector<double> ResultReader::field(const std::string& name, std::size_t k,
                                         int components) const {
-    return file_.read<double>(field_table(name, k), components).values;
+    std::vector<double> values = file_.read<double>(field_table(name, k), components).values;
+    const auto columns = static_cast<std::size_t>(components);
+    if (mesh_.hexahedra.empty() || values.size() != columns * mesh_.hexahedra.size()) return values;
+    std::vector<double> of_tets;
+    of_tets.reserve(tets_per_hexahedron * values.size());
+    for (std::size_t i = 0; i < values.size(); i += columns)
+        for (std::size_t k6 = 0; k6 < tets_per_hexahedron; ++k6)
+            of_tets.insert(of_tets.end(), values.begin() + static_cast<std::ptrdiff_t>(i),
+                           values.begin() + static_cast<std::ptrdiff_t>(i + columns));
+    return of_tets;
 }
 
 }  // namespace livetet

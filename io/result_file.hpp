@@ -78,7 +78,7 @@ class ResultWriter {
     void write_waiting(GrowingTable& table);
 
     std::map<std::string, GrowingTable> tables_;
-    std::size_t nodes_, tets_;
+    std::size_t nodes_, tets_, hexahedra_;
     bool regions_, quadratic_;
     std::vector<Field> fields_;
     std::vector<double> times_;

@@ -36,9 +36,17 @@ std::string xdmf_text(const std::string& h5_name, const std::vector<XdmfFrame>& 
         text += fmt::format("<Grid Name=\"frame{}\" GridType=\"Uniform\">\n<Time Value=\"{}\"/>\n",
                             k, f.time);
         text += fmt::format("<Topology TopologyType=\"{}\" NumberOfElements=\"{}\">{}</Topology>\n",
-                            f.quadratic ? "Tetrahedron_10" : "Tetrahedron", f.tets,
-                            item(f.group + (f.quadratic ? "/ten_node_tets" : "/tets"), "Int", 4,
-                                 f.tets, f.quadratic ? 10 : 4));
+                            f.hexahedra   ? "Hexahedron"
+                            : f.quadratic ? "Tetrahedron_10"
+                                          : "Tetrahedron",
+                            f.tets,
+                            item(f.group + (f.hexahedra   ? "/hexahedra"
+                                            : f.quadratic ? "/ten_node_tets"
+                                                          : "/tets"),
+                                 "Int", 4, f.tets,
+                                 f.hexahedra   ? 8
+                                 : f.quadratic ? 10
+                                               : 4));
         text += fmt::format("<Geometry GeometryType=\"XYZ\">{}</Geometry>\n",
                             item(f.group + "/nodes", "Float", 8, f.nodes, 3));
         const auto attribute = [&](const XdmfField& a, const char* type) {

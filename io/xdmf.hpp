@@ -21,10 +21,11 @@ struct XdmfField {
 /// A mesh stored by write_mesh and its fields, at a time or with a sequence number.
 struct XdmfFrame {
     double time = 0;
-    std::string group;  ///< HDF5 group of the mesh
-    std::size_t nodes = 0, tets = 0;
+    std::string group;                ///< HDF5 group of the mesh
+    std::size_t nodes = 0, tets = 0;  ///< of a grid hexahedra instead of tets
     bool quadratic = false, regions = false;
     std::vector<XdmfField> fields;
+    bool hexahedra = false;
 };
 
 /// Text of an XDMF file for ParaView, which refers to the HDF5 file `h5_name` in the same folder: a

@@ -41,6 +41,7 @@ void explain(const std::filesystem::path& path) {
     const Scene scene = load_scene(path);
     ProgressLine progress("mesh");
     MeshHierarchy hierarchy = load_mesh(scene, progress.callback());
+    refuse_hexahedra(hierarchy, "explain");
     if (scene.elements == Elements::p2) hierarchy = with_quadratic_level(std::move(hierarchy));
     const SolverKind kind = resolved_kind(solver_options(scene, hierarchy, use_of(scene)).kind,
                                           hierarchy.levels.size());

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "apps/commands/commands.hpp"
@@ -15,6 +16,7 @@
 #include "io/image_file.hpp"
 #include "io/surface_file.hpp"
 #include "io/text.hpp"
+#include "mesh/hex_grid.hpp"
 #include "meshing/body_mask.hpp"
 #include "meshing/options.hpp"
 #ifdef LIVETET_IMAGES
@@ -124,6 +126,44 @@ MeshHierarchy mesh_and_report(const MeshArguments& a, const std::string& key, nl
 }
 #endif
 
+#ifdef LIVETET_IMAGES
+/// Makes a grid of hexahedra from an image.
+MeshHierarchy grid_and_report(const MeshArguments& a, const std::string& key, nlohmann::json& json,
+                              std::optional<ImageGrid>& image) {
+    GridInput input = grid_input(a.source);
+    image = input.image;
+    const TetMesh& mesh = input.hierarchy.levels.front();
+    const auto whole = std::count(mesh.shares.begin(), mesh.shares.end(), 1.0);
+    const auto cells = mesh.hexahedra.size();
+    const auto& voxels = input.grid.voxels_a_cell;
+    Vector3 cell_mm = 1e3 * input.image.spacing();
+    for (int d = 0; d < 3; ++d) cell_mm[d] *= voxels[d];
+    fmt::print("grid         {} hexahedra of {:.3g} x {:.3g} x {:.3g} mm ({} voxels), {} nodes\n",
+               cells, cell_mm.x(), cell_mm.y(), cell_mm.z(), fmt::join(voxels, " x "),
+               mesh.nodes.size());
+    fmt::print("body         {:.4g} ml; {} hexahedra are partly outside\n",
+               1e6 * input.grid.body_m3, cells - static_cast<std::size_t>(whole));
+    json = {{"hexahedra", cells},
+            {"nodes", mesh.nodes.size()},
+            {"partly_outside", cells - static_cast<std::size_t>(whole)},
+            {"voxels_a_cell", voxels},
+            {"cell_mm", {cell_mm.x(), cell_mm.y(), cell_mm.z()}},
+            {"body_ml", 1e6 * input.grid.body_m3},
+            {"levels", nlohmann::json::array()},
+            {"notes", input.notes},
+            {"made_by", input.hierarchy.provenance},
+            {"asked", requested(a)},
+            {"fingerprint", key}};
+    for (const HexLevel& level : hex_levels(mesh, 1)) {
+        fmt::print("level {}      {} hexahedra, {} nodes\n", json["levels"].size(),
+                   level.cells.size(), level.nodes);
+        json["levels"].push_back({{"hexahedra", level.cells.size()}, {"nodes", level.nodes}});
+    }
+    for (const std::string& note : input.notes) fmt::print("note         {}\n", note);
+    return std::move(input.hierarchy);
+}
+#endif
+
 /// Makes the nodes under the mask the set "fixed" of every level; adds their numbers to `json`.
 void fix_nodes(MeshHierarchy& hierarchy, const LabelImage& image, const MeshArguments& a,
                nlohmann::json& json) {
@@ -164,7 +204,10 @@ void check_options_for(const MeshArguments& a, const CLI::App& command) {
         return key.option && command.count(key.option) > 0;
     };
     const auto option = [](const MeshKey& key) { return std::string(key.option); };
-    if (!is_scene(a.source.file)) return refuse_idle_keys(a.source.file, count, option);
+    if (!is_scene(a.source.file)) {
+        refuse_idle_keys(a.source.file, count, option);
+        return refuse_keys_of_tets(a.source, count, option);
+    }
     for (const MeshKey& key : mesh_keys())
         if ((key.key || key.option == std::string("--budget-ms")) && count(key))
             fail("{}: is a scene, whose mesh block says what {} would: write it there",
@@ -252,7 +295,9 @@ void run(MeshArguments& a) {
                 with_context(a.fixed_mask.string(),
                              [&] { check_mask_reaches(*mask, surface.nodes); });
             };
-        hierarchy = mesh_and_report(a, key.value_or(""), json, image);
+        hierarchy = a.source.cells == MeshCells::hexahedra
+                        ? grid_and_report(a, key.value_or(""), json, image)
+                        : mesh_and_report(a, key.value_or(""), json, image);
     }
 #endif
     if (hierarchy.levels.empty()) {
@@ -305,8 +350,10 @@ void add_meshing_options(CLI::App* command, MeshArguments* a) {
 }  // namespace
 
 void add_mesh_command(CLI::App& app) {
-    CLI::App* command = app.add_subcommand(
-        "mesh", "Meshes an image or surface: a hierarchy of tetrahedral meshes and its quality");
+    CLI::App* command = app.add_subcommand("mesh",
+                                           "Meshes an image or surface: a hierarchy of tetrahedral "
+                                           "meshes and its quality, or a grid of "
+                                           "hexahedra");
     auto a = std::make_shared<MeshArguments>();
     command
         ->add_option("input", a->source.file,

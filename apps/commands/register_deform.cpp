@@ -291,6 +291,7 @@ int register_deforming(const RegisterArguments& a) {
     RunFigures figures;
     const auto start = std::chrono::steady_clock::now();
     MeshHierarchy hierarchy = load_mesh(scene, progress->callback());
+    refuse_hexahedra(hierarchy, "register --deform");
     figures.mesh_s = seconds_since(start);
     SceneBody body = make_body(PETSC_COMM_WORLD, scene, std::move(hierarchy), Use::solve);
     const SceneConstraints constraints(scene, body.mesh());

@@ -9,6 +9,7 @@
 #include "base/counted.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "mesh/hex_grid.hpp"
 #include "solvers/parallel/petsc_session.hpp"
 
 namespace livetet {
@@ -28,8 +29,12 @@ void check_files(const SolveArguments& arguments, const Scene& scene, bool first
 }
 
 void print_figures(const SceneBody& body, const RunHistory& history, const RunFigures& figures) {
-    fmt::print("mesh             {} tets, {} nodes, {}\n", body.mesh().tets.size(),
-               body.mesh().nodes.size(), counted(body.hierarchy.levels.size(), "level"));
+    const bool is_grid = !body.mesh().hexahedra.empty();
+    const std::size_t levels =
+        is_grid ? static_cast<std::size_t>(body.body->linear_solver().level_count())
+                : body.hierarchy.levels.size();
+    fmt::print("mesh             {}, {} nodes, {}\n", elements_text(body.mesh()),
+               body.mesh().nodes.size(), counted(levels, "level"));
     fmt::print("ranks            {}\n", figures.ranks);
     fmt::print("displacement     {:.4f} mm at most\n", 1e3 * figures.largest_displacement_m);
     fmt::print("solver           {}\n", body.body->linear_solver().name());
@@ -46,7 +51,7 @@ void print_figures(const SceneBody& body, const RunHistory& history, const RunFi
         fmt::print(
             "inverted         {}: stresses there are meaningless; use a finer mesh or a smaller "
             "load\n",
-            counted(figures.inverted_tets, "tet"));
+            counted(figures.inverted_tets, is_grid ? "hexahedron" : "tet"));
     for (const std::string& sentence : figures.beyond_model)
         fmt::print("warning          {}\n", sentence);
     for (const auto& [key, force] : figures.forces)

@@ -136,6 +136,7 @@ int tune_live(const TuneRequest& r, const Scene& scene) {
     if (session.ranks() > 1) fail("tune runs on one rank, found {}", session.ranks());
     ProgressLine progress("tune");
     const MeshHierarchy hierarchy = load_mesh(scene, progress.callback());
+    refuse_hexahedra(hierarchy, "tune");
     const std::optional<double> budget_s =
         r.budget_s ? r.budget_s : seconds_of(scene.track->budget);
     const LiveChoices choices =

@@ -12,6 +12,7 @@
 #include "base/counted.hpp"
 #include "base/error.hpp"
 #include "config/yaml.hpp"
+#include "mesh/hex_grid.hpp"
 
 namespace livetet {
 
@@ -112,7 +113,7 @@ const char* length_of_step(const SolvedRun& run) { return run.is_static ? "step"
 
 std::vector<std::pair<std::string, std::string>> run_rows(const SolveReport& r) {
     std::vector<std::pair<std::string, std::string>> rows{{"result", r.source}};
-    rows.emplace_back("mesh", fmt::format("{} tets, {} nodes{}", r.tets, r.nodes,
+    rows.emplace_back("mesh", fmt::format("{}, {} nodes{}", r.elements, r.nodes,
                                           r.run ? ", " + counted(r.run->levels, "level") : ""));
     if (r.run) {
         rows.emplace_back("solver", r.run->solver);
@@ -148,6 +149,7 @@ SolveReport make_solve_report(const ResultReader& result, const std::filesystem:
                   .tets = result.mesh().tets.size(),
                   .nodes = result.mesh().nodes.size(),
                   .frames = result.frame_count(),
+                  .elements = elements_text(result.mesh()),
                   .first_s = result.times_s().front(),
                   .last_s = result.times_s().back(),
                   .run = {},
@@ -167,6 +169,7 @@ SolveReport make_solve_report(const ResultReader& result, const std::filesystem:
                          [&] { return parse_run(result.text("solve")); });
     r.parts = explain_run(r.scene_text, r.source, r.tets, r.run->levels, r.run->solver, Use::solve);
     if (r.parts.empty()) return r;
+    if (!result.mesh().hexahedra.empty()) r.parts.clear();  // they are of tetrahedra
     const Scene scene = read_yaml<Scene>(r.scene_text, r.source);
     r.fixed = fixed_nodes(scene, result.mesh(), source);
     r.beyond_model = beyond_model(scene, result.mesh(), result.displacement(r.largest_frame));

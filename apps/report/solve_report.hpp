@@ -39,6 +39,7 @@ struct SolvedRun {
 struct SolveReport {
     std::string source, scene_text;
     std::size_t tets = 0, nodes = 0, frames = 0;
+    std::string elements;  ///< "60000 tets", "5000 hexahedra"
     double first_s = 0, last_s = 0;
     std::size_t largest_frame = 0;  ///< kept frame with the largest displacement
     double largest_mm = 0,

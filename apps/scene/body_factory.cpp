@@ -122,8 +122,12 @@ MeshHierarchy load_mesh(const Scene& scene, const ProgressCallback& progress) {
 MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progress,
                         const SceneGrading& grading) {
     const bool has_levels_to_make = kind_of(source.file) == MeshKind::tets && source.levels > 1;
-    if (is_tet_mesh_name(source.file) && !has_levels_to_make)
-        return with_refined_levels(read_tets(source), source.refine);
+    if (is_tet_mesh_name(source.file) && !has_levels_to_make) {
+        MeshHierarchy read = read_tets(source);
+        if (source.refine > 0)
+            refuse_hexahedra(read, fmt::format("mesh.refine = {}", source.refine));
+        return with_refined_levels(std::move(read), source.refine);
+    }
 #ifdef LIVETET_IMAGES
     int ranks = 1, initialised = 0;
     MPI_Initialized(&initialised);
@@ -146,6 +150,11 @@ MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progre
         made.provenance = fmt::format("{}; below it {}", read.provenance, made.provenance);
         return with_refined_levels(std::move(made), source.refine);
     }
+    if (source.cells == MeshCells::hexahedra) {
+        GridInput input = grid_input(source);
+        for (const std::string& note : input.notes) log_info("note         " + note);
+        return std::move(input.hierarchy);
+    }
     try {
         return log_notes(std::move(mesh_input(source, progress, {}, grading).result));
     } catch (const MeshingFailure& failure) {
@@ -160,6 +169,12 @@ MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progre
     fail("mesh.file = {}: this build of livetet meshes no images or surfaces, expected .h5 or .msh",
          source.file.string());
 #endif
+}
+
+void refuse_hexahedra(const MeshHierarchy& hierarchy, const std::string& what) {
+    if (!hierarchy.levels.front().hexahedra.empty())
+        fail("{}: found a mesh of hexahedra, expected tetrahedra (only solve and study take both)",
+             what);
 }
 
 SceneConstraints::SceneConstraints(const Scene& scene, const TetMesh& mesh)
@@ -269,6 +284,19 @@ std::vector<Triangle> loaded_triangles(const TetMesh& mesh, const LoadOptions& l
     return triangles;
 }
 
+/// Adds the force on half a face of a hexahedron so that each of the face's four corners gets a
+/// quarter of both halves: the two on the diagonal, the triangle's longest edge, are in both.
+void add_to_half_face(const TetMesh& mesh, const Triangle& t, const Vector3& half,
+                      std::vector<Vector3>& force) {
+    int opposite = 0;
+    double longest = 0;
+    for (int i = 0; i < 3; ++i) {
+        const double length = (mesh.nodes[t[(i + 1) % 3]] - mesh.nodes[t[(i + 2) % 3]]).norm();
+        if (length > longest) longest = length, opposite = i;
+    }
+    for (int i = 0; i < 3; ++i) force[t[i]] += (i == opposite ? 0.5 : 0.25) * half;
+}
+
 }  // namespace
 
 std::vector<Vector3> scene_forces(const Scene& scene, const TetMesh& mesh) {
@@ -281,6 +309,11 @@ std::vector<Vector3> scene_forces(const Scene& scene, const TetMesh& mesh) {
         for (const std::int32_t n : nodes)
             force[n] += load.force_N / static_cast<double>(nodes.size());
         if (load.pressure_Pa == 0 && load.traction_Pa == Vector3::Zero()) continue;
+        if (!mesh.hexahedra.empty() && load.traction_Pa != Vector3::Zero())
+            fail(
+                "{}.traction_Pa: found a mesh of hexahedra, whose faces are steps and larger than "
+                "the body's surface; expected force_N or pressure_Pa",
+                key);
         const std::vector<Triangle> triangles = loaded_triangles(mesh, load, nodes);
         if (triangles.empty())
             fail("{} selects no whole triangle of the surface for its traction or pressure", key);
@@ -289,6 +322,10 @@ std::vector<Vector3> scene_forces(const Scene& scene, const TetMesh& mesh) {
             const Vector3 area =
                 0.5 *
                 (mesh.nodes[t[1]] - mesh.nodes[t[0]]).cross(mesh.nodes[t[2]] - mesh.nodes[t[0]]);
+            if (!mesh.hexahedra.empty()) {
+                add_to_half_face(mesh, t, -load.pressure_Pa * area, force);
+                continue;
+            }
             for (const std::int32_t n : traction_nodes(t, edges))
                 force[n] += (load.traction_Pa * area.norm() - load.pressure_Pa * area) / 3;
         }
@@ -333,6 +370,20 @@ void check_no_free_motion(const Scene& scene, const TetMesh& mesh,
         free.size(), free.size() == 1 ? " is" : "s are", list);
 }
 
+namespace {
+
+/// Throws Error if a body of hexahedra is asked for what only tetrahedra do.
+void check_hexahedra_can(MPI_Comm comm, const Scene& scene, const MeshHierarchy& hierarchy,
+                         Use use) {
+    int ranks = 1;
+    MPI_Comm_size(comm, &ranks);
+    if (use == Use::track) refuse_hexahedra(hierarchy, "track");
+    if (scene.elements == Elements::p2) refuse_hexahedra(hierarchy, "elements = P2");
+    if (ranks > 1) refuse_hexahedra(hierarchy, fmt::format("{} ranks", ranks));
+}
+
+}  // namespace
+
 SolveControls solve_controls(const Scene& scene) {
     return {.max_newton = scene.solver.max_newton,
             .tolerance = scene.solver.newton_tolerance,
@@ -340,6 +391,7 @@ SolveControls solve_controls(const Scene& scene) {
 }
 
 SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, Use use) {
+    check_hexahedra_can(comm, scene, hierarchy, use);
     for (std::size_t i = 0; i < scene.materials.size(); ++i) {
         const int region = scene.materials[i].region;
         for (std::size_t j = 0; j < i; ++j)

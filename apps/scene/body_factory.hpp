@@ -23,6 +23,9 @@ MeshHierarchy load_mesh(const Scene& scene, const ProgressCallback& progress);
 MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progress,
                         const SceneGrading& grading);
 
+/// Throws Error, naming what was asked for, if the mesh is a grid of hexahedra.
+void refuse_hexahedra(const MeshHierarchy& hierarchy, const std::string& what);
+
 /// The scene's fixed and driven nodes, hard and soft. Fixed nodes take precedence over driven ones.
 class SceneConstraints {
   public:

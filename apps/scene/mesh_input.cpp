@@ -188,6 +188,26 @@ MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progres
     return meshed;
 }
 
+GridInput grid_input(const MeshSource& source) {
+    refuse_idle_keys(source);
+    GridInput input;
+    const LabelImage labels = source.threshold.empty() ? labels_of(source, input.notes)
+                                                       : between_thresholds(source, input.notes);
+    input.image = grid_of(labels);
+    input.grid = with_context(source.file.string(), [&] {
+        return voxel_grid(labels, {source.labels.begin(), source.labels.end()}, source.body,
+                          source.tets);
+    });
+    input.notes.insert(input.notes.end(), input.grid.notes.begin(), input.grid.notes.end());
+    check_size(input.grid.mesh.nodes, source);
+    const auto [i, j, k] = input.grid.voxels_a_cell;
+    input.hierarchy =
+        make_hierarchy({std::move(input.grid.mesh)},
+                       fmt::format("livetet {} from {}: a grid of hexahedra of {} x {} x {} voxels",
+                                   LIVETET_VERSION, image_filename(source.file).string(), i, j, k));
+    return input;
+}
+
 void fail_with_surface(const MeshingFailure& failure, const std::filesystem::path& look,
                        const std::filesystem::path& input) {
     if (same_file(look, input)) fail("{}", failure.what());

@@ -4,6 +4,7 @@
 #include "apps/scene/mesh_source.hpp"
 #include "meshing/image_surface.hpp"
 #include "meshing/levels.hpp"
+#include "meshing/voxel_grid.hpp"
 
 namespace livetet {
 
@@ -32,6 +33,17 @@ struct MeshedInput {
 /// MeshingFailure if no attempt gave a mesh.
 MeshedInput mesh_input(const MeshSource& source, const ProgressCallback& progress,
                        MeshingOptions options = {}, const SceneGrading& grading = {});
+
+/// A grid of hexahedra from an image.
+struct GridInput {
+    MeshHierarchy hierarchy;
+    ImageGrid image;
+    VoxelGrid grid;  ///< without its mesh
+    std::vector<std::string> notes;
+};
+
+/// The grid that `source` (cells: hexahedra) asks for. Throws Error as `mesh_input` does.
+GridInput grid_input(const MeshSource& source);
 
 /// Rethrows the failure as an Error of one line. Writes the failed surface to `look` (.stl) first,
 /// unless that is the `input`.

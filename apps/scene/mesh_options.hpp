@@ -17,11 +17,15 @@ enum class LengthUnit { millimetre, metre };
 /// Where a mesh that is made from an image or a surface has shorter edges.
 enum class MeshGrading { even, scene };
 
+/// What a mesh that is made from an image consists of.
+enum class MeshCells { tetrahedra, hexahedra };
+
 /// The mesh section of a scene: where the mesh comes from, and how it is made.
 struct MeshSource {
     std::filesystem::path file;
     LengthUnit unit = LengthUnit::millimetre;
     Space space = Space::ras;
+    MeshCells cells = MeshCells::tetrahedra;
     std::vector<int> labels;
     std::string threshold{};
     BodyChoice body{};
@@ -51,6 +55,11 @@ void visit_fields(Visitor& v, MeshSource& m) {
         "directions of the axes of a surface, .msh or .vtu file, which the file does not state",
         {{Space::ras, "ras", "right, anterior, superior"},
          {Space::lps, "lps", "left, posterior, superior, as in models of 3D Slicer since 2020"}});
+    v.choice("cells", m.cells, "what an image is meshed by",
+             {{MeshCells::tetrahedra, "tetrahedra", "tetrahedra that follow its smoothed surface"},
+              {MeshCells::hexahedra, "hexahedra",
+               "a grid of its voxels, or of 8, 64, ... of them, those at the border weighted by "
+               "their share of the body: any label map, in a second; for `solve` and `study`"}});
     v.field("labels", m.labels, "",
             "labels of the label map that make up the body; empty: all but 0");
     v.field(
@@ -84,7 +93,8 @@ void visit_fields(Visitor& v, MeshSource& m) {
             greater_than<0>());
     v.field("edge_lengths_mm", m.edge_lengths_mm, "mm",
             "edge length of each level, finest first; empty: from tets and levels");
-    v.field("tets", m.tets, "", "approximate number of tetrahedra of the finest level",
+    v.field("tets", m.tets, "",
+            "approximate number of tetrahedra of the finest level; of hexahedra the largest number",
             within<int>({min_tets, max_tets}));
     v.field("levels", m.levels, "",
             "number of levels; 0: as many as bring the coarsest to about 150 tets, but one for a "

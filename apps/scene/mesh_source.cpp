@@ -24,6 +24,7 @@ constexpr Kinds meshed = {MeshKind::image, MeshKind::surface};
 constexpr Kinds with_levels = {MeshKind::image, MeshKind::surface, MeshKind::tets};
 
 constexpr MeshKey keys[] = {
+    {"--cells", "cells", of_image, [](const MeshSource& s) { return s.cells != MeshCells{}; }},
     {"--labels", "labels", of_image, [](const MeshSource& s) { return !s.labels.empty(); }},
     {"--threshold", "threshold", of_image,
      [](const MeshSource& s) { return !s.threshold.empty(); }},
@@ -110,6 +111,21 @@ void refuse_idle_keys(const std::filesystem::path& file,
                  text_of({kind}), name(key), text_of(key.kinds));
 }
 
+void refuse_keys_of_tets(const MeshSource& source, const std::function<bool(const MeshKey&)>& given,
+                         const std::function<std::string(const MeshKey&)>& name) {
+    if (source.cells != MeshCells::hexahedra) return;
+    constexpr std::string_view of_hexahedra[] = {"--cells",         "--labels",    "--threshold",
+                                                 "--fill-cavities", "--all-parts", "--speck-ml",
+                                                 "--tets",          "--again"};
+    for (const MeshKey& key : keys) {
+        const bool is_taken =
+            key.option && std::ranges::find(of_hexahedra, key.option) != std::end(of_hexahedra);
+        if (!is_taken && given(key))
+            fail("{}: {} changes nothing of a grid of hexahedra, expected it with tetrahedra only",
+                 source.file.string(), name(key));
+    }
+}
+
 void check_size(std::span<const Vector3> nodes, const MeshSource& source) {
     constexpr double smallest_m = 1e-3, largest_m = 10;
     Eigen::AlignedBox3d box;
@@ -126,9 +142,13 @@ void check_size(std::span<const Vector3> nodes, const MeshSource& source) {
 }
 
 void refuse_idle_keys(const MeshSource& source) {
-    refuse_idle_keys(
-        source.file, [&](const MeshKey& key) { return key.key && key.given(source); },
-        [](const MeshKey& key) { return fmt::format("mesh.{}", key.key); });
+    const auto given = [&](const MeshKey& key) { return key.key && key.given(source); };
+    const auto name = [](const MeshKey& key) { return fmt::format("mesh.{}", key.key); };
+    refuse_idle_keys(source.file, given, name);
+    refuse_keys_of_tets(source, given, name);
+    if (source.cells == MeshCells::hexahedra && source.refine > 0)
+        fail("mesh.refine = {}: found hexahedra, expected 0; mesh.tets says how many there are",
+             source.refine);
 }
 
 }  // namespace livetet

@@ -35,6 +35,11 @@ void refuse_idle_keys(const std::filesystem::path& file,
 /// The same for a scene's mesh block.
 void refuse_idle_keys(const MeshSource& source);
 
+/// Throws Error if `source` asks for hexahedra and a key is `given` that tells only the mesher of
+/// tetrahedra something; `name` as above.
+void refuse_keys_of_tets(const MeshSource& source, const std::function<bool(const MeshKey&)>& given,
+                         const std::function<std::string(const MeshKey&)>& name);
+
 /// Throws Error, naming --metres, unless the nodes (metres) are those of a body from 1 mm to 10 m.
 void check_size(std::span<const Vector3> nodes, const MeshSource& source);
 

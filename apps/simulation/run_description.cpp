@@ -77,6 +77,10 @@ json describe_run(const Scene& scene, const SceneBody& body, const RunHistory& h
                {"reductions", usage.reductions},
                {"profile", json_of(figures.profile)},
                {"steps", history_json(history)}};
+    if (!body.mesh().hexahedra.empty()) {
+        about["hexahedra"] = body.mesh().hexahedra.size();
+        about["levels"] = body.body->linear_solver().level_count();
+    }
     for (const auto& [key, force] : figures.forces)
         about["reactions_N"][key] = {force.x(), force.y(), force.z()};
     return about;

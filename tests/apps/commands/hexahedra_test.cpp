@@ -1,0 +1,87 @@
+// The shipped program on grids of hexahedra: from a label map to a result.
+
+#include <gtest/gtest.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include <nlohmann/json.hpp>
+
+#include "io/hierarchy_file.hpp"
+#include "io/image_file.hpp"
+#include "io/result_file.hpp"
+#include "mesh/hex_grid.hpp"
+#include "support/program.hpp"
+
+namespace livetet {
+namespace {
+
+using test::Folder;
+using test::livetet;
+using test::text_of;
+using test::write_text;
+
+/// A bar of 80 x 16 x 16 mm in voxels of 1 mm.
+void write_bar(const std::filesystem::path& path) {
+    LabelImage image{{84, 20, 20}, Eigen::Matrix4d::Identity(), {}};
+    image.ras_from_voxel.topLeftCorner<3, 3>() *= 1e-3;
+    image.ras_from_voxel.col(3) << 0.5e-3, 0.5e-3, 0.5e-3, 1;
+    for (int k = 0; k < 20; ++k)
+        for (int j = 0; j < 20; ++j)
+            for (int i = 0; i < 84; ++i)
+                image.values.push_back(i >= 2 && i < 82 && j >= 2 && j < 18 && k >= 2 && k < 18);
+    write_image(path, image);
+}
+
+const std::string pulled = R"(
+mesh: {{file: bar.h5}}
+materials: [{{young_Pa: 5000, poisson: 0.3, model: {}}}]
+fix: [{{half_space_mm: [2.1, 0, 0, 1, 0, 0], components: x}},
+      {{sphere_mm: [2, 2, 2, 0.1]}}, {{sphere_mm: [2, 18, 2, 0.1], components: z}}]
+loads: [{{half_space_mm: [81.9, 0, 0, -1, 0, 0], pressure_Pa: -250}}]
+solver: {{newton_tolerance: 1e-10, relative_tolerance: 1e-8}}
+output: {{file: out.h5, fields: [stress, von_mises]}}
+)";
+
+/// Uniaxial tension, exact on any grid: 250 Pa by 5000 Pa lengthens 80 mm by 4 mm.
+TEST(Hexahedra, ABarIsPulledAsItsLawSays) {
+    const Folder folder;
+    write_bar(folder / "bar.nii.gz");
+    ASSERT_EQ(livetet(folder, "mesh bar.nii.gz --cells hexahedra --tets 400 -o bar.h5").status, 0);
+    const TetMesh mesh = read_hierarchy(folder / "bar.h5").levels.front();
+    EXPECT_EQ(mesh.hexahedra.size(), 20U * 4 * 4);
+    write_text(folder / "scene.yaml", fmt::format(fmt::runtime(pulled), "linear"));
+    const auto run = livetet(folder, "solve scene.yaml --json out.json");
+    ASSERT_EQ(run.status, 0) << run.err;
+    const ResultReader result(folder / "out.h5");
+    const auto u = result.displacement(0);
+    for (std::size_t n = 0; n < u.size(); ++n)
+        EXPECT_NEAR(u[n].x(), 0.05 * (mesh.nodes[n].x() - 2e-3), 1e-8);
+    const auto stress = result.field("stress", 0, 9);
+    ASSERT_EQ(stress.size(), 9 * mesh.tets.size());
+    for (std::size_t e = 0; e < mesh.tets.size(); ++e) EXPECT_NEAR(stress[9 * e], 250, 1e-3);
+    const auto about = nlohmann::json::parse(text_of(folder / "out.json"));
+    EXPECT_EQ(about["hexahedra"], 320);
+    EXPECT_NE(text_of(folder / "out.xdmf").find("Hexahedron"), std::string::npos);
+}
+
+TEST(Hexahedra, OtherCommandsRefuseThemInOneLine) {
+    const Folder folder;
+    write_bar(folder / "bar.nii.gz");
+    ASSERT_EQ(livetet(folder, "mesh bar.nii.gz --cells hexahedra --tets 400 -o bar.h5").status, 0);
+    write_text(folder / "scene.yaml", fmt::format(fmt::runtime(pulled), "linear"));
+    write_text(folder / "p2.yaml", fmt::format(fmt::runtime(pulled), "linear") + "elements: P2\n");
+    for (const char* command : {"explain scene.yaml", "solve p2.yaml",
+                                "mesh bar.nii.gz --cells hexahedra --levels 3 -o o.h5",
+                                "mesh bar.nii.gz --cells hexahedra --inside-growth 2 -o o.h5"}) {
+        const auto run = livetet(folder, command);
+        EXPECT_EQ(run.status, 2) << command;
+        EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+        EXPECT_NE(run.err.find("hexahedra"), std::string::npos) << run.err;
+    }
+    EXPECT_FALSE(std::filesystem::exists(folder / "o.h5"));
+}
+
+}  // namespace
+}  // namespace livetet
