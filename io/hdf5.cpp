@@ -175,19 +175,29 @@ Handle File::dataset(const std::string& name) const {
 
 template <class T>
 void File::write(const std::string& name, std::span<const T> values, std::size_t columns) {
-    const Handle links = with_groups(), space = space_of(values.size() / columns, columns);
+    const std::size_t rows = values.size() / columns;
+    const RowRange mine = share_of(rows);
+    write_share(name, rows, values.subspan(mine.first * columns, mine.size() * columns), columns);
+}
+
+template <class T>
+void File::write_share(const std::string& name, std::size_t rows, std::span<const T> values,
+                       std::size_t columns) {
+    const RowRange share = share_of(rows);
+    if (values.size() != share.size() * columns)
+        fail("{}: table {}: found {} numbers on a rank, expected {} for each of {} rows", shown_,
+             name, values.size(), columns, share.size());
+    const Handle links = with_groups(), space = space_of(rows, columns);
     const Handle data(H5Dcreate2(file_.id(), name.c_str(), stored_type<T>(), space.id(), links.id(),
                                  H5P_DEFAULT, H5P_DEFAULT),
                       H5Dclose);
-    const auto [first, end] = share_of(values.size() / columns);
-    const Handle mine = space_of(values.size() / columns, columns),
-                 memory = space_of(end - first, columns);
-    const hsize_t start[2] = {first, 0}, count[2] = {end - first, columns};
+    const Handle mine = space_of(rows, columns), memory = space_of(share.size(), columns);
+    const hsize_t start[2] = {share.first, 0}, count[2] = {share.size(), columns};
     const bool bad = data.id() < 0 ||
-                     (end > first && (H5Sselect_hyperslab(mine.id(), H5S_SELECT_SET, start, nullptr,
-                                                          count, nullptr) < 0 ||
-                                      H5Dwrite(data.id(), memory_type<T>(), memory.id(), mine.id(),
-                                               H5P_DEFAULT, values.data() + first * columns) < 0));
+                     (share.size() > 0 && (H5Sselect_hyperslab(mine.id(), H5S_SELECT_SET, start,
+                                                               nullptr, count, nullptr) < 0 ||
+                                           H5Dwrite(data.id(), memory_type<T>(), memory.id(),
+                                                    mine.id(), H5P_DEFAULT, values.data()) < 0));
     if (bad) fail("{}: the table {} cannot be written (is the disk full?)", shown_, name);
     if (const haddr_t place = H5Dget_offset(data.id()); place != HADDR_UNDEF)
         end_ = std::max<std::size_t>(end_, place + H5Dget_storage_size(data.id()));
@@ -242,21 +252,30 @@ std::size_t File::rows(const std::string& name, std::size_t columns) const {
 }
 
 template <class T>
-std::vector<T> File::read_row(const std::string& name, std::size_t row, std::size_t columns) const {
+std::vector<T> File::read_range(const std::string& name, RowRange range,
+                                std::size_t columns) const {
     const Handle data = dataset(name);
     const std::size_t found = rows(name, columns);
     if (!is_stored(data, found * columns))
         fail("{}: table {}: its {} rows are not in the file: truncated", shown_, name, found);
-    if (row >= found)
-        fail("{}: table {} has {} rows, expected one of number {}", shown_, name, found, row);
-    const hsize_t start[2] = {row, 0}, count[2] = {1, columns};
-    const Handle space(H5Dget_space(data.id()), H5Sclose), memory = space_of(1, columns);
-    std::vector<T> values(columns);
+    if (range.first > range.end || range.end > found)
+        fail("{}: table {} has {} rows, expected one of number {}", shown_, name, found,
+             range.end - 1);
+    std::vector<T> values(range.size() * columns);
+    if (values.empty()) return values;
+    const hsize_t start[2] = {range.first, 0}, count[2] = {range.size(), columns};
+    const Handle space(H5Dget_space(data.id()), H5Sclose), memory = space_of(range.size(), columns);
     if (H5Sselect_hyperslab(space.id(), H5S_SELECT_SET, start, nullptr, count, nullptr) < 0 ||
         H5Dread(data.id(), memory_type<T>(), memory.id(), space.id(), H5P_DEFAULT, values.data()) <
             0)
-        fail("{}: row {} of table {} cannot be read: damaged or truncated", shown_, row, name);
+        fail("{}: row {} of table {} cannot be read: damaged or truncated", shown_, range.first,
+             name);
     return values;
+}
+
+template <class T>
+std::vector<T> File::read_row(const std::string& name, std::size_t row, std::size_t columns) const {
+    return read_range<T>(name, {row, row + 1}, columns);
 }
 
 bool File::has(const std::string& name) const {
@@ -369,25 +388,45 @@ void check_format(const File& file, const std::string& format, int version) {
              number.rows ? number.values[0] : 0, format, version);
 }
 
-#define LIVETET_HDF5_OF(T)                                                                 \
-    template void File::write<T>(const std::string&, std::span<const T>, std::size_t);     \
-    template Table<T> File::read<T>(const std::string&, std::size_t) const;                \
-    template void File::create_growing<T>(const std::string&, std::size_t);                \
-    template void File::write_rows<T>(const std::string&, std::size_t, std::span<const T>, \
-                                      std::size_t);                                        \
+#define LIVETET_HDF5_OF(T)                                                                        \
+    template void File::write<T>(const std::string&, std::span<const T>, std::size_t);            \
+    template Table<T> File::read<T>(const std::string&, std::size_t) const;                       \
+    template void File::create_growing<T>(const std::string&, std::size_t);                       \
+    template void File::write_rows<T>(const std::string&, std::size_t, std::span<const T>,        \
+                                      std::size_t);                                               \
+    template void File::write_share<T>(const std::string&, std::size_t, std::span<const T>,       \
+                                       std::size_t);                                              \
+    template std::vector<T> File::read_range<T>(const std::string&, RowRange, std::size_t) const; \
     template std::vector<T> File::read_row<T>(const std::string&, std::size_t, std::size_t) const;
 LIVETET_HDF5_OF(double)
 LIVETET_HDF5_OF(float)
 LIVETET_HDF5_OF(std::int32_t)
 #undef LIVETET_HDF5_OF
 
+std::pair<std::unique_ptr<PendingFile>, std::string> begin_pending(
+    const std::filesystem::path& path, MPI_Comm comm) {
+    const bool together = comm != MPI_COMM_SELF;  // a single writer need not have MPI
+    int rank = 0;
+    if (together) MPI_Comm_rank(comm, &rank);
+    std::unique_ptr<PendingFile> pending;
+    if (rank == 0) pending = std::make_unique<PendingFile>(path);
+    std::string temporary = pending ? pending->path().string() : "";
+    if (together) {
+        auto length = static_cast<int>(temporary.size());
+        MPI_Bcast(&length, 1, MPI_INT, 0, comm);
+        temporary.resize(static_cast<std::size_t>(length));
+        MPI_Bcast(temporary.data(), length, MPI_CHAR, 0, comm);
+    }
+    return {std::move(pending), std::move(temporary)};
+}
+
 void write_whole(const std::filesystem::path& path, const std::string& format, int version,
-                 std::size_t bytes, const std::function<void(File&)>& fill) {
+                 std::size_t bytes, const std::function<void(File&)>& fill, MPI_Comm comm) {
     // HDF5's own data, and what it needs to close the file on a full disk.
     constexpr std::size_t room_beside = 1 << 20;
-    PendingFile pending(path);
+    const auto [pending, temporary] = begin_pending(path, comm);
     {
-        File file = File::create(pending.path(), path.string());
+        File file = File::create(temporary, path.string(), comm);
         if (!file.reserve(bytes + room_beside))
             fail("{}: cannot be written (is the disk full?)", path.string());
         write_format(file, format, version);
@@ -395,7 +434,7 @@ void write_whole(const std::filesystem::path& path, const std::string& format, i
         file.flush();
         file.give_back();
     }
-    pending.commit();
+    if (pending) pending->commit();
 }
 
 }  // namespace livetet::hdf5

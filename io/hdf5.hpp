@@ -5,10 +5,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "base/file.hpp"
+#include "base/row_range.hpp"
 
 namespace livetet::hdf5 {
 
@@ -65,9 +69,18 @@ class File {
     /// Writes a table; `values` is row-major.
     template <class T>
     void write(const std::string& name, std::span<const T> values, std::size_t columns);
+    /// The same of a table of `rows`, of which each rank has its share alone (see `share_of`).
+    template <class T>
+    void write_share(const std::string& name, std::size_t rows, std::span<const T> mine,
+                     std::size_t columns);
+    /// This rank's share of the rows.
+    RowRange share_of(std::size_t rows) const { return row_range(rows, rank_, ranks_); }
     /// Reads a table with `columns` columns, of any numeric type that HDF5 converts.
     template <class T>
     Table<T> read(const std::string& name, std::size_t columns) const;
+    /// Reads some of its rows.
+    template <class T>
+    std::vector<T> read_range(const std::string& name, RowRange range, std::size_t columns) const;
 
     /// Creates an empty table that `write_rows` extends.
     template <class T>
@@ -108,10 +121,6 @@ class File {
     /// Reads everything in a group that any later access could interpret.
     static File open_here(const std::filesystem::path& path);
     void go_through(const std::string& group, int depth) const;
-    /// This rank's share of the rows, as a half-open range.
-    std::pair<std::size_t, std::size_t> share_of(std::size_t rows) const {
-        return {rows * rank_ / ranks_, rows * (rank_ + 1) / ranks_};
-    }
     Handle file_;
     std::string shown_;
     Handle descriptor_;  ///< of the same file, for `reserve` on the first rank
@@ -126,8 +135,14 @@ void check_format(const File& file, const std::string& format, int version);
 
 /// Writes a file with these marks atomically (PendingFile): `fill` writes its contents of about
 /// `bytes`. Reserves the space first, as HDF5 cannot close a file on a full disk, and MPI_Finalize
-/// then crashes.
+/// then crashes. The ranks of a communicator write it together.
 void write_whole(const std::filesystem::path& path, const std::string& format, int version,
-                 std::size_t bytes, const std::function<void(File&)>& fill);
+                 std::size_t bytes, const std::function<void(File&)>& fill,
+                 MPI_Comm comm = MPI_COMM_SELF);
+
+/// Begins a file that the ranks of a communicator will write together: on the first rank the
+/// temporary file, null on the others, and its name on all.
+std::pair<std::unique_ptr<PendingFile>, std::string> begin_pending(
+    const std::filesystem::path& path, MPI_Comm comm);
 
 }  // namespace livetet::hdf5

@@ -1,6 +1,7 @@
 #include "io/result_file.hpp"
 
 #include <cmath>
+#include <tuple>
 
 #include "base/error.hpp"
 #include "io/hierarchy_file.hpp"
@@ -40,20 +41,9 @@ ResultWriter::ResultWriter(const fs::path& path, const TetMesh& mesh, const std:
     if (ending(path) != ".h5")
         fail("{}: the name ends in '{}', expected .h5 for a result", path.string(), ending(path));
     check_tet_mesh(mesh, path.string());
-    const bool together = comm != MPI_COMM_SELF;  // a single writer need not have MPI
-    int rank = 0;
-    if (together) MPI_Comm_rank(comm, &rank);
-    if (rank == 0) {
-        pending_ = std::make_unique<PendingFile>(path);
-        warn_of_left_parts(path);
-    }
-    std::string temporary = pending_ ? pending_->path().string() : "";
-    if (together) {
-        auto length = static_cast<int>(temporary.size());
-        MPI_Bcast(&length, 1, MPI_INT, 0, comm);
-        temporary.resize(static_cast<std::size_t>(length));
-        MPI_Bcast(temporary.data(), length, MPI_CHAR, 0, comm);
-    }
+    std::string temporary;
+    std::tie(pending_, temporary) = hdf5::begin_pending(path, comm);
+    if (pending_) warn_of_left_parts(path);
     file_ = std::make_unique<hdf5::File>(hdf5::File::create(temporary, path.string(), comm));
     if (!file_->reserve(bytes_written(mesh) + scene_text.size() + room_beside))
         fail("{}: no room on the disk for the mesh", path.string());
@@ -122,20 +112,23 @@ void ResultWriter::append_field(const std::string& name, FieldPlace place, int c
                                 std::span<const double> values) {
     if (!file_ || times_.empty()) fail("{}: field {} comes without a frame", path_.string(), name);
     const std::size_t rows = place == FieldPlace::node ? nodes_ : tets_;
-    if (values.size() != rows * components)
+    const std::size_t here = file_->share_of(rows).size();
+    if (values.size() != here * components)
         fail("{}: field {} has {} numbers, expected {} for each of {}", path_.string(), name,
-             values.size(), components, rows);
-    if (!file_->reserve(values.size() * sizeof(double) + room_beside))
+             values.size(), components, here);
+    if (!file_->reserve(rows * components * sizeof(double) + room_beside))
         fail("{}: no room on the disk for field {}", path_.string(), name);
     if (times_.size() == 1) fields_.push_back({name, place, components});
     std::vector<double> kept;  // of a grid the hexahedra's, whose six tets are alike
-    const auto step =
-        static_cast<std::size_t>(components) *
-        (hexahedra_ > 0 && place == FieldPlace::tet ? tets_per_hexahedron : std::size_t{1});
-    for (std::size_t i = 0; i < values.size(); i += step)
-        kept.insert(kept.end(), values.begin() + static_cast<std::ptrdiff_t>(i),
-                    values.begin() + static_cast<std::ptrdiff_t>(i) + components);
-    file_->write<double>(field_table(name, times_.size() - 1), kept, components);
+    const bool is_alike = hexahedra_ > 0 && place == FieldPlace::tet;
+    const std::size_t alike = is_alike ? tets_per_hexahedron : 1;
+    for (std::size_t i = 0; is_alike && i < values.size(); i += alike * components) {
+        const std::span<const double> row = values.subspan(i, components);
+        kept.insert(kept.end(), row.begin(), row.end());
+    }
+    file_->write_share<double>(field_table(name, times_.size() - 1), rows / alike,
+                               is_alike ? std::span<const double>(kept) : values,
+                               static_cast<std::size_t>(components));
 }
 
 void ResultWriter::append_values(const std::string& name, std::span<const double> values) {

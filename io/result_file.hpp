@@ -40,7 +40,8 @@ class ResultWriter {
     /// the frames before it.
     void append(double time_s, std::span<const Vector3> displacement);
     /// Appends a field of the current frame, shown by ParaView under its name: `components` (1, 3
-    /// or 9) numbers for each node or tet. Every frame must have the same fields.
+    /// or 9) numbers for each node or tet. Every frame must have the same fields. Each rank gives
+    /// the values of its share of the rows alone (see row_range).
     void append_field(const std::string& name, FieldPlace place, int components,
                       std::span<const double> values);
     /// Appends named values of the current frame, the same number in each frame.

@@ -5,6 +5,7 @@
 #include "base/error.hpp"
 #include "io/text.hpp"
 #include "io/vector_table.hpp"
+#include "solvers/parallel/first_rank.hpp"
 
 namespace livetet {
 
@@ -18,11 +19,31 @@ constexpr const char* frame_format = "livetet frame";
 constexpr int checkpoint_version = 1;
 constexpr const char* state_file = "checkpoint.h5";
 
+/// The communicator for files: one rank writes as one without MPI does.
+MPI_Comm world() {
+    int ranks = 1;
+    MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+    return ranks > 1 ? PETSC_COMM_WORLD : MPI_COMM_SELF;
+}
+
+/// This rank's rows of a table.
+RowRange my_range(std::size_t rows) {
+    int rank = 0, ranks = 1;
+    MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+    MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+    return row_range(rows, static_cast<std::size_t>(rank), static_cast<std::size_t>(ranks));
+}
+
+std::vector<double> read_my_rows(const hdf5::File& file, const std::string& name,
+                                 std::size_t columns) {
+    return file.read_range<double>(name, my_range(file.rows(name, columns)), columns);
+}
+
 /// hdf5::write_whole, with a hint on restarting in its errors.
 void write_part(const fs::path& path, const char* format, std::size_t bytes,
                 const std::function<void(hdf5::File&)>& fill) {
     try {
-        hdf5::write_whole(path, format, checkpoint_version, bytes, fill);
+        hdf5::write_whole(path, format, checkpoint_version, bytes, fill, world());
     } catch (const Error& e) {
         std::error_code unknown;
         const bool can_go_on = fs::exists(path.parent_path() / state_file, unknown);
@@ -49,8 +70,8 @@ void append_frame(ResultWriter& writer, const ResultFrame& frame) {
         writer.append_field(f.name, f.place, f.components, f.values);
 }
 
-CheckpointStore::CheckpointStore(const fs::path& result, std::string about)
-    : result_(result), folder_(result.string() + ".parts"), about_(std::move(about)) {}
+CheckpointStore::CheckpointStore(const fs::path& result, std::string about, std::size_t tets)
+    : result_(result), folder_(result.string() + ".parts"), about_(std::move(about)), tets_(tets) {}
 
 fs::path CheckpointStore::frame_file(std::size_t number) const {
     return folder_ / fmt::format("frame_{:06}.h5", number);
@@ -69,12 +90,15 @@ void CheckpointStore::begin() const {
 }
 
 std::pair<RunPlace, BodySnapshot> CheckpointStore::read() const {
-    if (!fs::exists(folder_ / state_file))
-        fail(
-            "{}: no checkpoint to restart from, expected a run with output.checkpoint_every that "
-            "was interrupted after its first",
-            (folder_ / state_file).string());
-    const hdf5::File file = hdf5::File::open(folder_ / state_file);
+    on_first_rank([&] {
+        if (!fs::exists(folder_ / state_file))
+            fail(
+                "{}: no checkpoint to restart from, expected a run with output.checkpoint_every "
+                "that was interrupted after its first",
+                (folder_ / state_file).string());
+        hdf5::File::check({folder_ / state_file});
+    });
+    const hdf5::File file = hdf5::File::open(folder_ / state_file, hdf5::Validation::done);
     hdf5::check_format(file, state_format, checkpoint_version);
     if (const std::string was = file.read_text("run"); was != about_)
         fail("{}: belongs to another scene or mesh ({}), expected the one that wrote it",
@@ -85,15 +109,28 @@ std::pair<RunPlace, BodySnapshot> CheckpointStore::read() const {
         return RunPlace{about.at("time_s"), about.at("step_s"), about.at("steps"),
                         about.at("frames"), about.at("failure")};
     });
-    for (const std::string& name : file.names("state"))
-        state.nodal.push_back(read_vectors(file, "state/" + name));
-    if (file.has("pressure")) state.pressure = file.read<double>("pressure", 1).values;
+    for (const std::string& name : file.names("state")) {
+        const std::size_t rows = file.rows("state/" + name, 3);
+        if (!state.nodal.empty() && rows != state.node_count)
+            fail("{}: table state/{} has {} rows, expected {}", file.shown(), name, rows,
+                 state.node_count);
+        state.node_count = rows;
+        state.nodal.push_back(read_my_rows(file, "state/" + name, 3));
+    }
+    if (file.has("pressure")) {
+        state.corner_count = file.rows("pressure", 1);
+        state.pressure = read_my_rows(file, "pressure", 1);
+    }
     return {place, state};
 }
 
 void CheckpointStore::keep(std::size_t number, const ResultFrame& frame) const {
+    const auto rows_of = [&](const ResultFrame::Field& f) {
+        return f.place == FieldPlace::node ? frame.displacement.size() : tets_;
+    };
     std::size_t bytes = frame.displacement.size() * sizeof(Vector3);
-    for (const ResultFrame::Field& f : frame.fields) bytes += f.values.size() * sizeof(double);
+    for (const ResultFrame::Field& f : frame.fields)
+        bytes += rows_of(f) * static_cast<std::size_t>(f.components) * sizeof(double);
     write_part(frame_file(number), frame_format, bytes, [&](hdf5::File& file) {
         json fields = json::array();
         for (const ResultFrame::Field& f : frame.fields)
@@ -104,8 +141,8 @@ void CheckpointStore::keep(std::size_t number, const ResultFrame& frame) const {
             "about", json{{"number", number}, {"time_s", frame.time_s}, {"fields", fields}}.dump());
         file.write<double>("displacement", flat(frame.displacement), 3);
         for (const ResultFrame::Field& f : frame.fields)
-            file.write<double>("fields/" + f.name, f.values,
-                               static_cast<std::size_t>(f.components));
+            file.write_share<double>("fields/" + f.name, rows_of(f), f.values,
+                                     static_cast<std::size_t>(f.components));
     });
 }
 
@@ -127,15 +164,15 @@ ResultFrame CheckpointStore::frame(std::size_t number) const {
             const int components = f.at("components");
             frame.fields.push_back(
                 {name, f.at("node").get<bool>() ? FieldPlace::node : FieldPlace::tet, components,
-                 file.read<double>("fields/" + name, static_cast<std::size_t>(components)).values});
+                 read_my_rows(file, "fields/" + name, static_cast<std::size_t>(components))});
         }
         return frame;
     });
 }
 
 void CheckpointStore::write(const RunPlace& place, const BodySnapshot& state) const {
-    std::size_t bytes = about_.size() + state.pressure.size() * sizeof(double);
-    for (const auto& values : state.nodal) bytes += values.size() * sizeof(Vector3);
+    const std::size_t bytes = about_.size() + state.corner_count * sizeof(double) +
+                              state.nodal.size() * state.node_count * sizeof(Vector3);
     write_part(folder_ / state_file, state_format, bytes, [&](hdf5::File& file) {
         file.write_text("run", about_);
         file.write_text("about", json{{"time_s", place.time_s},
@@ -146,8 +183,10 @@ void CheckpointStore::write(const RunPlace& place, const BodySnapshot& state) co
                                       {"started", state.started}}
                                      .dump());
         for (std::size_t i = 0; i < state.nodal.size(); ++i)
-            file.write<double>(fmt::format("state/{}", i), flat(state.nodal[i]), 3);
-        if (!state.pressure.empty()) file.write<double>("pressure", state.pressure, 1);
+            file.write_share<double>(fmt::format("state/{}", i), state.node_count, state.nodal[i],
+                                     3);
+        if (state.corner_count > 0)
+            file.write_share<double>("pressure", state.corner_count, state.pressure, 1);
     });
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/row_range.hpp"
 #include "mechanics/stress.hpp"
 
 namespace livetet {
@@ -15,8 +16,14 @@ std::vector<ResultFrame::Field> result_fields(const Scene& scene, DeformableBody
     if (wanted("reactions")) {
         const std::vector<Vector3> reactions = body.reactions();
         const double* numbers = reactions.front().data();
+        int rank = 0, ranks = 1;
+        MPI_Comm comm = body.linear_solver().fine().share().comm;
+        MPI_Comm_rank(comm, &rank);
+        MPI_Comm_size(comm, &ranks);
+        const RowRange mine = row_range(reactions.size(), static_cast<std::size_t>(rank),
+                                        static_cast<std::size_t>(ranks));
         fields.push_back(
-            {"reactions", FieldPlace::node, 3, {numbers, numbers + 3 * reactions.size()}});
+            {"reactions", FieldPlace::node, 3, {numbers + 3 * mine.first, numbers + 3 * mine.end}});
     }
     if (std::all_of(asked.begin(), asked.end(),
                     [](const std::string& name) { return name == "reactions"; }))

@@ -7,7 +7,8 @@
 
 namespace livetet {
 
-/// The fields that the scene requests (output.fields), of the body's present state. Collective.
+/// The fields that the scene requests (output.fields), of the body's present state: this rank's
+/// share of their rows. Collective.
 std::vector<ResultFrame::Field> result_fields(const Scene& scene, DeformableBody& body);
 
 }  // namespace livetet

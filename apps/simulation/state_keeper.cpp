@@ -50,7 +50,7 @@ StateKeeper::StateKeeper(const Scene& scene, SceneBody& body, RunStart start)
       body_(*body.body),
       is_first_rank_(is_first_rank()),
       keeps_checkpoints_(keeps_checkpoints(scene, start)),
-      store_(scene.output.file, run_identity(scene, keeps_checkpoints_)) {
+      store_(scene.output.file, run_identity(scene, keeps_checkpoints_), body.mesh().tets.size()) {
     if (start == RunStart::from_checkpoint) {
         BodySnapshot state;
         std::tie(start_, state) = store_.read();
@@ -69,15 +69,13 @@ RunHooks StateKeeper::hooks(ProgressCallback progress) {
     hooks.keep = [this](std::size_t number, double time) { keep(number, time); };
     if (scene_.output.checkpoint_every > 0)
         hooks.checkpoint = [this](const RunPlace& place) {
-            const BodySnapshot state = body_.gather_state();
-            on_first_rank([&] { store_.write(place, state); });
+            store_.write(place, body_.gather_state());
         };
     return hooks;
 }
 
 void StateKeeper::close(const std::string& description) {
     const auto began = std::chrono::steady_clock::now();
-    MPI_Barrier(PETSC_COMM_WORLD);  // the first rank has written its frames
     if (keeps_checkpoints_) {
         on_first_rank([&] { store_.check_frames(frames_); });
         for (std::size_t k = 0; k < frames_; ++k) append_frame(*writer_, store_.frame(k));
@@ -108,7 +106,7 @@ void StateKeeper::keep(std::size_t number, double time) {
     if (!keeps_checkpoints_)
         append_frame(*writer_, last_);
     else
-        on_first_rank([&] { store_.keep(number, last_); });
+        store_.keep(number, last_);
     last_.fields.clear();
     output_s_ += seconds_since(began);
 }

@@ -1,6 +1,9 @@
 #include "solvers/nonlinear/body_state.hpp"
 
+#include <algorithm>
+
 #include "base/error.hpp"
+#include "solvers/parallel/row_blocks.hpp"
 
 namespace livetet {
 
@@ -34,45 +37,69 @@ BodyState BodyState::duplicate() const {
     return twin;
 }
 
+namespace {
+
+RowBlocks node_blocks(const PartitionedMesh& mesh) {
+    return {mesh.comm, mesh.number_of_node.size(), std::span(mesh.nodes).first(mesh.owned)};
+}
+
+std::size_t corners_of(const BodyState& state) {
+    PetscInt corners = 0;
+    LIVETET_PETSC(VecGetSize(state.p.get(), &corners));
+    return static_cast<std::size_t>(corners);
+}
+
+/// Of the corners that own the pressures of `p`: the first of the rank's own nodes.
+RowBlocks corner_blocks(const PartitionedMesh& mesh, const BodyState& state) {
+    PetscInt here = 0;
+    LIVETET_PETSC(VecGetLocalSize(state.p.get(), &here));
+    return {mesh.comm, corners_of(state),
+            std::span(mesh.nodes).first(static_cast<std::size_t>(here))};
+}
+
+}  // namespace
+
 BodySnapshot gather_state(const PartitionedMesh& mesh, const BodyState& state) {
     BodySnapshot snapshot;
+    snapshot.node_count = mesh.number_of_node.size();
+    const RowBlocks nodes = node_blocks(mesh);
     for (const PetscHandle<Vec>* vector : {&state.u, &state.v, &state.a, &state.end_force})
-        if (*vector) snapshot.nodal.push_back(gather(mesh, vector->get()));
+        if (*vector) {
+            const ReadArray mine(vector->get());
+            snapshot.nodal.push_back(nodes.to_block(mine.span(), 3));
+        }
     if (state.p) {
+        snapshot.corner_count = corners_of(state);
         const ReadArray mine(state.p.get());
-        PetscInt corners = 0;
-        LIVETET_PETSC(VecGetSize(state.p.get(), &corners));
-        snapshot.pressure.assign(static_cast<std::size_t>(corners), 0);
-        for (std::size_t i = 0; i < mine.span().size(); ++i)
-            snapshot.pressure[mesh.nodes[i]] = mine[i];
-        if (mesh.ranks > 1)
-            MPI_Allreduce(MPI_IN_PLACE, snapshot.pressure.data(), static_cast<int>(corners),
-                          MPI_DOUBLE, MPI_SUM, mesh.comm);
+        snapshot.pressure = corner_blocks(mesh, state).to_block(mine.span(), 1);
     }
     snapshot.started = state.started;
     return snapshot;
 }
 
 void restore_state(const PartitionedMesh& mesh, const BodySnapshot& snapshot, BodyState& state) {
+    std::size_t fields = 0;
+    for (const PetscHandle<Vec>* vector : {&state.u, &state.v, &state.a, &state.end_force})
+        fields += *vector ? 1 : 0;
+    const std::size_t corners = state.p ? corners_of(state) : 0;
+    if (snapshot.nodal.size() != fields || snapshot.node_count != mesh.number_of_node.size() ||
+        snapshot.corner_count != corners)
+        fail(
+            "the state of a body has {} fields of {} nodes and {} pressures, expected {} fields of "
+            "{} nodes and {} pressures",
+            snapshot.nodal.size(), snapshot.node_count, snapshot.corner_count, fields,
+            mesh.number_of_node.size(), corners);
+    const auto take = [](const RowBlocks& blocks, const std::vector<double>& of_block,
+                         int components, Vec to) {
+        const std::vector<double> values = blocks.from_block(of_block, components);
+        WriteArray mine(to);
+        std::copy(values.begin(), values.end(), mine.span().begin());
+    };
+    const RowBlocks nodes = node_blocks(mesh);
     std::size_t k = 0;
-    for (const PetscHandle<Vec>* vector : {&state.u, &state.v, &state.a, &state.end_force}) {
-        if (!*vector) continue;
-        if (k >= snapshot.nodal.size() || snapshot.nodal[k].size() != mesh.number_of_node.size())
-            fail("the state of a body has {} fields, {} nodes in number {}, expected {} nodes",
-                 snapshot.nodal.size(), k < snapshot.nodal.size() ? snapshot.nodal[k].size() : 0, k,
-                 mesh.number_of_node.size());
-        fill(mesh, snapshot.nodal[k++], vector->get());
-    }
-    if (state.p) {
-        WriteArray mine(state.p.get());
-        PetscInt corners = 0;
-        LIVETET_PETSC(VecGetSize(state.p.get(), &corners));
-        if (snapshot.pressure.size() != static_cast<std::size_t>(corners))
-            fail("the state of a body has {} pressures, expected {}", snapshot.pressure.size(),
-                 corners);
-        for (std::size_t i = 0; i < mine.span().size(); ++i)
-            mine[i] = snapshot.pressure[mesh.nodes[i]];
-    }
+    for (const PetscHandle<Vec>* vector : {&state.u, &state.v, &state.a, &state.end_force})
+        if (*vector) take(nodes, snapshot.nodal[k++], 3, vector->get());
+    if (state.p) take(corner_blocks(mesh, state), snapshot.pressure, 1, state.p.get());
     state.started = snapshot.started;
 }
 

@@ -8,12 +8,15 @@
 namespace livetet {
 
 /// All that a body needs to go on from where it is, in the whole mesh's numbering: the same on any
-/// number of ranks.
+/// number of ranks. Each rank holds the rows of its block alone (see row_range).
 struct BodySnapshot {
-    /// Of each node: displacement, m; where the body is dynamic velocity, m/s, and acceleration,
-    /// m/s^2; with generalized-alpha the forces at the last step's end, N.
-    std::vector<std::vector<Vector3>> nodal;
+    /// Three numbers for each node of the block: displacement, m; where the body is dynamic
+    /// velocity, m/s, and acceleration, m/s^2; with generalized-alpha the forces at the last step's
+    /// end, N.
+    std::vector<std::vector<double>> nodal;
     std::vector<double> pressure;  ///< mixed form: of each corner, in the solver's own unit
+    std::size_t node_count = 0;    ///< of the whole mesh
+    std::size_t corner_count = 0;  ///< of the whole mesh where there are pressures, else 0
     bool started = false;          ///< the acceleration is known
 };
 

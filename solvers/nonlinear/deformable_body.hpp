@@ -69,8 +69,8 @@ class DeformableBody {
     /// Takes up the state of a body on the same mesh and of the same scheme. Throws Error if that
     /// is of another scheme or form.
     void copy_state(const DeformableBody& other) { state_.copy_from(other.state_); }
-    /// The state on every rank; a body of the same mesh and scheme takes it up. Collective. Throws
-    /// Error where it is of another size.
+    /// The state, each rank's block of it; a body of the same mesh and scheme takes it up on any
+    /// number of ranks. Collective. Throws Error where it is of another size.
     BodySnapshot gather_state() const { return livetet::gather_state(mesh(), state_); }
     void set_state(const BodySnapshot& snapshot);
     /// Remembers the state, or takes up the one remembered last (a step that is to be done again);
@@ -95,7 +95,8 @@ class DeformableBody {
     /// Force that each constraint puts on its node, N: constrained components and springs; zero
     /// elsewhere.
     std::vector<Vector3> reactions() { return balance_.reactions(); }
-    /// Mean fields of every tet of the finest mesh, on every rank.
+    /// Mean fields of the tets in this rank's block of the finest mesh (see row_range): of all on
+    /// one rank. Collective.
     std::vector<TetFields> tet_fields();
     /// The largest mean von Mises stress of a tet, Pa; collective.
     double largest_von_mises();

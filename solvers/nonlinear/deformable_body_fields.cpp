@@ -9,6 +9,7 @@
 #include "mechanics/stress.hpp"
 #include "solvers/assembly/level_assembler_points.hpp"
 #include "solvers/nonlinear/deformable_body.hpp"
+#include "solvers/parallel/row_blocks.hpp"
 
 namespace livetet {
 
@@ -51,26 +52,29 @@ std::size_t DeformableBody::inverted_tets() {
 
 std::vector<TetFields> DeformableBody::tet_fields() {
     const PartitionedMesh& share = mesh();
-    const std::vector<TetFields> local = local_tet_fields();
     // Each tet from the rank that owns its first corner.
     constexpr int numbers = 11;
-    std::vector<double> packed(numbers * solver_->tet_count(), 0.0);
-    for (std::size_t e = 0; e < local.size(); ++e) {
-        if (share.tets[e][0] >= share.owned) continue;
-        double* at = packed.data() + numbers * share.tet_ids[e];
-        Eigen::Map<Eigen::Matrix3d>{at} = local[e].cauchy_stress_Pa;
-        at[9] = local[e].volume_change;
-        at[10] = local[e].strain_energy_J_per_m3;
+    std::vector<double> packed;
+    std::vector<std::int32_t> mine;
+    {
+        const std::vector<TetFields> local = local_tet_fields();
+        for (std::size_t e = 0; e < local.size(); ++e) {
+            if (share.tets[e][0] >= share.owned) continue;
+            mine.push_back(share.tet_ids[e]);
+            const double* stress = local[e].cauchy_stress_Pa.data();
+            packed.insert(packed.end(), stress, stress + 9);
+            packed.push_back(local[e].volume_change);
+            packed.push_back(local[e].strain_energy_J_per_m3);
+        }
     }
-    MPI_Allreduce(MPI_IN_PLACE, packed.data(), static_cast<int>(packed.size()), MPI_DOUBLE, MPI_SUM,
-                  share.comm);
-    // The tets of a hexahedron have its mean fields.
+    packed = RowBlocks(share.comm, solver_->tet_count(), mine).to_block(packed, numbers);
+    // The tets of a hexahedron have its mean fields. Hexahedra are on one rank.
     if (!share.hexahedra.empty())
         for (std::size_t e = 0; e < solver_->tet_count(); ++e)
             std::copy_n(packed.data() + numbers * (e - e % tets_per_hexahedron), numbers,
                         packed.data() + numbers * e);
     std::vector<TetFields> fields;
-    fields.reserve(solver_->tet_count());
+    fields.reserve(packed.size() / numbers);
     for (const double* at = packed.data(); at < packed.data() + packed.size(); at += numbers)
         fields.push_back({Eigen::Map<const Eigen::Matrix3d>(at), at[9], at[10]});
     return fields;

@@ -182,7 +182,7 @@ TEST(DampedSteps, ReactionsAreTheRateOfMomentum) {
             Vector3 held = Vector3::Zero(), inertia = Vector3::Zero();
             for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
                 held += reactions[n];
-                inertia += mass[n] * state.nodal[2][n];
+                inertia += mass[n] * Eigen::Map<const Vector3>(&state.nodal[2][3 * n]);
             }
             gap = std::max(gap, (held - inertia).norm());
             largest = std::max(largest, inertia.norm());

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <petscsf.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/petsc.hpp"
+#include "base/row_range.hpp"
+
+namespace livetet {
+
+/// Moves values of a whole mesh's nodes or tets between the ranks that own them and the consecutive
+/// blocks in which files are read and written (see row_range): no rank holds more than its part and
+/// its block. Files are the same whatever the number of ranks that wrote them.
+class RowBlocks {
+  public:
+    /// `mine`: the numbers, 0 to rows - 1, of what this rank owns; each is owned by one rank.
+    /// Collective.
+    RowBlocks(MPI_Comm comm, std::size_t rows, std::span<const std::int32_t> mine);
+
+    RowRange block() const { return block_; }
+    /// `components` numbers for each row of this rank's block, from those of what each rank owns,
+    /// in the order of `mine`. Collective.
+    std::vector<double> to_block(std::span<const double> of_mine, int components) const;
+    /// And back. Collective.
+    std::vector<double> from_block(std::span<const double> of_block, int components) const;
+
+  private:
+    PetscHandle<PetscSF> sf_;  ///< roots: rows of the block; leaves: `mine`
+    RowRange block_;
+    std::size_t mine_;
+};
+
+}  // namespace livetet
