@@ -26,7 +26,7 @@ const std::vector<Material> materials{
     {.young_Pa = 3000, .poisson = 0.47, .density_kg_per_m3 = 1000, .region = 0},
     {.young_Pa = 900000, .poisson = 0.3, .density_kg_per_m3 = 1000, .region = 1}};
 
-class LiveSolver : public testing::Test {
+class LiveSolverTest : public testing::Test {
   protected:
     void SetUp() override {
         const int ranks = test::rank_count();
@@ -75,9 +75,9 @@ class LiveSolver : public testing::Test {
     ModelChoice model = "corotated";
 };
 
-TEST_F(LiveSolver, GivesTheSameBitsOnAnyNumberOfThreads) { expect_same_bits(); }
+TEST_F(LiveSolverTest, GivesTheSameBitsOnAnyNumberOfThreads) { expect_same_bits(); }
 
-TEST_F(LiveSolver, AgreesWithThePlainPathTo1e6WhenConverged) {
+TEST_F(LiveSolverTest, AgreesWithThePlainPathTo1e6WhenConverged) {
     const auto plain = body({.kind = SolverKind::multigrid});
     ASSERT_TRUE(plain->solve(0, {.max_newton = 60, .tolerance = 1e-10, .linear_tolerance = 1e-6})
                     .converged);
@@ -90,13 +90,13 @@ TEST_F(LiveSolver, AgreesWithThePlainPathTo1e6WhenConverged) {
 }
 
 /// Laws and tets on a smaller beam; the second: ten nodes.
-class LiveSolverOfLaw : public LiveSolver,
+class LiveSolverOfLaw : public LiveSolverTest,
                         public testing::WithParamInterface<std::pair<const char*, bool>> {
   protected:
     void SetUp() override {
         hierarchy.levels.erase(hierarchy.levels.begin());
         hierarchy.transfers.erase(hierarchy.transfers.begin());
-        LiveSolver::SetUp();
+        LiveSolverTest::SetUp();
         model = GetParam().first;
         if (GetParam().second) hierarchy = with_quadratic_level(std::move(hierarchy));
     }
@@ -146,7 +146,7 @@ TEST_P(LiveSolverOfLaw, OneIterationIsEnoughToSeeThatTheTangentIsNotPositive) {
 }
 
 /// Regions of different models, one of which turns with its tets.
-TEST_F(LiveSolver, OfSeveralModelsHasNoEnergyWhereItOnlyTurns) {
+TEST_F(LiveSolverTest, OfSeveralModelsHasNoEnergyWhereItOnlyTurns) {
     auto mixed = materials;
     mixed[1].model = "neohookean";
     DeformableBody live(DistributedHierarchy{PETSC_COMM_WORLD, hierarchy},
@@ -171,7 +171,7 @@ INSTANTIATE_TEST_SUITE_P(All, LiveSolverOfLaw,
                                     (info.param.second ? "_ten_nodes" : "_four_nodes");
                          });
 
-TEST_F(LiveSolver, AgreesWithThePlainPathInTime) {
+TEST_F(LiveSolverTest, AgreesWithThePlainPathInTime) {
     const TimeOptions time{
         .scheme = TimeScheme::newmark, .rayleigh_alpha = 5, .rayleigh_beta = 0.01};
     const auto plain = body({.kind = SolverKind::multigrid, .relative_tolerance = 1e-9}, time);
@@ -185,7 +185,7 @@ TEST_F(LiveSolver, AgreesWithThePlainPathInTime) {
     EXPECT_LT(test::largest_gap(live->displacement(), plain->displacement()), 3e-5 * 0.0155);
 }
 
-TEST_F(LiveSolver, ADeadlineThatIsPastLeavesOneIterationAndAUsableIterate) {
+TEST_F(LiveSolverTest, ADeadlineThatIsPastLeavesOneIterationAndAUsableIterate) {
     const auto live = body({.kind = SolverKind::live, .threads = 2});
     const StepReport report = live->advance(
         0, {.linear_tolerance = 1e-9, .deadline = Clock::now() - std::chrono::seconds(1)});
@@ -198,7 +198,7 @@ TEST_F(LiveSolver, ADeadlineThatIsPastLeavesOneIterationAndAUsableIterate) {
         ASSERT_TRUE(u.allFinite() && u.norm() < 0.03) << u.transpose();
 }
 
-TEST_F(LiveSolver, DoesTheIterationsItIsToldAndIsNearerForEachMore) {
+TEST_F(LiveSolverTest, DoesTheIterationsItIsToldAndIsNearerForEachMore) {
     const auto exact = body({.kind = SolverKind::live});
     const StepReport whole = exact->advance(0, {.linear_tolerance = 1e-6});
     EXPECT_FALSE(whole.cut_short);
@@ -216,7 +216,7 @@ TEST_F(LiveSolver, DoesTheIterationsItIsToldAndIsNearerForEachMore) {
     }
 }
 
-TEST_F(LiveSolver, GoesOnFromTheStepsBefore) {
+TEST_F(LiveSolverTest, GoesOnFromTheStepsBefore) {
     // A press at constant speed: the third step's guess from the two before leaves little to solve.
     const auto live = body({.kind = SolverKind::live});
     double first = 0;
@@ -231,7 +231,7 @@ TEST_F(LiveSolver, GoesOnFromTheStepsBefore) {
 
 /// The whole body turned by 25 degrees a step: halves of an operator that are a step apart do not
 /// fit together.
-TEST_F(LiveSolver, AsksForTheWholeOperatorWhereHalvesLeadAstray) {
+TEST_F(LiveSolverTest, AsksForTheWholeOperatorWhereHalvesLeadAstray) {
     const TetMesh& mesh = hierarchy.levels.front();
     const auto ends =
         test::nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9 || x.x() > 0.1999; });
@@ -266,7 +266,7 @@ TEST_F(LiveSolver, AsksForTheWholeOperatorWhereHalvesLeadAstray) {
     EXPECT_LT(worst[1], 2 * worst[0]);
 }
 
-TEST_F(LiveSolver, KeepsTheOldStateWhereTheNewOneWouldBeOutOfThisWorld) {
+TEST_F(LiveSolverTest, KeepsTheOldStateWhereTheNewOneWouldBeOutOfThisWorld) {
     const auto live = body({.kind = SolverKind::live});
     live->set_constraints(pressed(0.1));
     ASSERT_FALSE(live->advance(0, {.linear_tolerance = 1e-6}).kept_old);
@@ -282,7 +282,7 @@ TEST_F(LiveSolver, KeepsTheOldStateWhereTheNewOneWouldBeOutOfThisWorld) {
 }
 
 /// A press and back by halves of the operator comes as near to equilibrium as by whole ones.
-TEST_F(LiveSolver, RenewsByHalvesWhatADeadlineLeavesNoTimeFor) {
+TEST_F(LiveSolverTest, RenewsByHalvesWhatADeadlineLeavesNoTimeFor) {
     const auto exact = body({.kind = SolverKind::live});
     double worst[2] = {0, 0};
     for (const RenewalExtent renewal : {RenewalExtent::whole, RenewalExtent::half}) {

@@ -210,7 +210,7 @@ TEST(DeformableBody, EverySolverGivesTheSameAnswer) {
     const int ranks = test::rank_count();
     if (ranks == 1) {
         // Forces in float; how near it comes when it is let go on is
-        // LiveSolver.AgreesWithThePlainPath's to say.
+        // LiveSolverTest.AgreesWithThePlainPath's to say.
         EXPECT_LT(
             largest_difference(pressed_with({.kind = SolverKind::live}, 3, &iterations), reference),
             1e-7);
