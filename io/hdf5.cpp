@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <exception>
 #include <limits>
 #include <type_traits>
 
@@ -89,6 +90,38 @@ int close_descriptor(Handle::Id descriptor) { return ::close(static_cast<int>(de
 
 }  // namespace
 
+namespace {
+
+/// Runs `work` on every rank. If it throws on any, all throw: the ranks that go on would wait for
+/// the others in the next call that they make together.
+void together(MPI_Comm comm, const std::function<void()>& work) {
+    if (comm == MPI_COMM_SELF) {  // a single writer need not have MPI
+        work();
+        return;
+    }
+    int rank = 0, failed = std::numeric_limits<int>::max();
+    MPI_Comm_rank(comm, &rank);
+    std::exception_ptr own;
+    std::string problem;
+    try {
+        work();
+    } catch (const std::exception& e) {
+        own = std::current_exception();
+        problem = e.what();
+        failed = rank;
+    }
+    MPI_Allreduce(MPI_IN_PLACE, &failed, 1, MPI_INT, MPI_MIN, comm);
+    if (failed == std::numeric_limits<int>::max()) return;
+    auto size = static_cast<int>(problem.size());
+    MPI_Bcast(&size, 1, MPI_INT, failed, comm);
+    if (rank != failed) problem.resize(static_cast<std::size_t>(size));
+    MPI_Bcast(problem.data(), size, MPI_CHAR, failed, comm);
+    if (own) std::rethrow_exception(own);
+    throw Error(problem);
+}
+
+}  // namespace
+
 File File::create(const std::filesystem::path& path, const std::string& shown, MPI_Comm comm) {
     begin();
     int rank = 0, ranks = 1;
@@ -99,7 +132,9 @@ File File::create(const std::filesystem::path& path, const std::string& shown, M
     const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     if (ranks > 1) H5Pset_fapl_mpio(access.id(), comm, MPI_INFO_NULL);
     Handle handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), H5Fclose);
-    if (handle.id() < 0) fail("{}: cannot be written as HDF5 (is the disk full?)", shown);
+    together(comm, [&] {
+        if (handle.id() < 0) fail("{}: cannot be written as HDF5 (is the disk full?)", shown);
+    });
     File file(std::move(handle), shown);
     if (rank == 0)
         file.descriptor_ = Handle(::open(path.c_str(), O_WRONLY | O_CLOEXEC), close_descriptor);
@@ -405,13 +440,15 @@ LIVETET_HDF5_OF(std::int32_t)
 
 std::pair<std::unique_ptr<PendingFile>, std::string> begin_pending(
     const std::filesystem::path& path, MPI_Comm comm) {
-    const bool together = comm != MPI_COMM_SELF;  // a single writer need not have MPI
+    const bool has_others = comm != MPI_COMM_SELF;
     int rank = 0;
-    if (together) MPI_Comm_rank(comm, &rank);
+    if (has_others) MPI_Comm_rank(comm, &rank);
     std::unique_ptr<PendingFile> pending;
-    if (rank == 0) pending = std::make_unique<PendingFile>(path);
+    together(comm, [&] {
+        if (rank == 0) pending = std::make_unique<PendingFile>(path);
+    });
     std::string temporary = pending ? pending->path().string() : "";
-    if (together) {
+    if (has_others) {
         auto length = static_cast<int>(temporary.size());
         MPI_Bcast(&length, 1, MPI_INT, 0, comm);
         temporary.resize(static_cast<std::size_t>(length));
@@ -434,7 +471,9 @@ void write_whole(const std::filesystem::path& path, const std::string& format, i
         file.flush();
         file.give_back();
     }
-    if (pending) pending->commit();
+    together(comm, [&] {
+        if (pending) pending->commit();
+    });
 }
 
 }  // namespace livetet::hdf5

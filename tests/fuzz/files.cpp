@@ -285,7 +285,8 @@ void with_study(const Use& use) {
 
 /// A checkpoint and a frame of a run, in the folder of its result's parts.
 const CheckpointStore& checkpoints() {
-    static const CheckpointStore store(folder() / "run.h5", "a run");
+    static const CheckpointStore store(folder() / "run.h5", "a run",
+                                       testing_meshes::cube().tets.size());
     return store;
 }
 
@@ -297,8 +298,10 @@ fs::path begun(const std::string& file) {
 
 std::vector<Bytes> good_checkpoint() {
     begun("");
-    const std::vector<Vector3> values = testing_meshes::cube().nodes;
-    checkpoints().write({0.1, 0.01, 10, 2, ""}, {{values, values, values}, {1, 2, 3}, true});
+    const std::vector<Vector3> nodes = testing_meshes::cube().nodes;
+    const std::vector<double> values(nodes.front().data(), nodes.front().data() + 3 * nodes.size());
+    checkpoints().write({0.1, 0.01, 10, 2, ""},
+                        {{values, values, values}, {1, 2, 3}, nodes.size(), 3, true});
     return {bytes_of(begun("checkpoint.h5"))};
 }
 
