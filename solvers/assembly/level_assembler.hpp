@@ -54,7 +54,7 @@ struct SinglePrecision {};
 struct MatrixFree {};
 using LevelStorage = std::variant<MatrixLayout, SinglePrecision, MatrixFree>;
 
-/// The elements and the operator of one mesh level, of P1 or P2 tets or hexahedra: the sum of a tangent
+/// Elements and operator of one mesh level, of P1 or P2 tets or hexahedra: the sum of a tangent
 /// stiffness, damping and the lumped mass that OperatorTerms names; rows and columns of constrained
 /// components are those of the identity. In the mixed form K is that of the displacements alone,
 /// psi_mu + p theta at a given p. Hexahedra have no matrix; their mixed form is Q1-P0 with the

@@ -27,8 +27,8 @@ Eigen::Matrix3d shear_product(const ConstitutiveModel& model, Tangent tangent, d
 
 }  // namespace
 
-// f_c += V / 8 sum over points (dP + lambda dtheta N) g_c, with dtheta = N : dF of the point, or the
-// mean over the cell.
+// f_c += V / 8 sum over points (dP + lambda dtheta N) g_c, with dtheta = N : dF of the point, or
+// its mean over the cell.
 void LevelAssembler::add_hexahedra_times(double factor, Tangent tangent, const Configuration& at,
                                          std::span<const double> v, std::span<double> f) const {
     const LocalValues displacement(at.u);

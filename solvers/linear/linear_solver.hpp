@@ -57,8 +57,8 @@ struct ChosenFormulation {
     std::string reason;
 };
 /// `automatic` means mixed from a Poisson's ratio of 0.49 on: below, locking costs less than
-/// pressures do. It means mixed, too, for finite strain with graded patches: there a frame moves the
-/// patch by much of an edge at its rim, tets invert, and displacements alone do not bring them back.
+/// pressures do. It means mixed, too, for finite strain with graded patches: there a frame moves a
+/// patch by much of an edge at its rim, tets invert, and displacements alone do not end that.
 ChosenFormulation choose_formulation(const ElasticModel& model);
 inline Formulation resolved_formulation(const ElasticModel& model) {
     return choose_formulation(model).formulation;

@@ -410,8 +410,8 @@ std::optional<double> NewtonSolver::search_by_energy(const Line& line, double sl
     return best ? std::optional(best->length) : std::nullopt;
 }
 
-// By hand: of the 156 cells of `bench stability --cells 2 --fine-cells 2` that are stepped as solve
-// with neo-Hookean models, 9 fail with this search; with SNES's l2 10, with bt 11, with cp 13. Where
+// By hand: of the 160 cells of `bench stability --cells 2 --fine-cells 2` that are stepped as
+// solve with neo-Hookean models, 9 fail with this search, with SNES's l2 10, bt 11, cp 13. Where
 // no search is needed, as in presses of an organ, all take the same iterations.
 void NewtonSolver::search_line(SNESLineSearch search) {
     Line line;

@@ -26,9 +26,9 @@ using Hexahedron = std::array<std::int32_t, 8>;
 /// Tets that a hexahedron is divided into where a mesh of tets is expected.
 inline constexpr std::size_t tets_per_hexahedron = 6;
 
-/// Mesh of a body in its rest shape, with four-node tets (P1), ten-node tets (P2, see
-/// `quadratic_mesh`), or the hexahedra of a grid (see `hex_grid.hpp`). Positions in metres, RAS. Tets are positively oriented: det(x1 - x0, x2 - x0,
-/// x3 - x0) > 0. Plain data; `check_tet_mesh` checks its consistency.
+/// A body at rest: tets of four nodes (P1) or ten (P2, see `quadratic_mesh`), or a grid's hexahedra
+/// (see `hex_grid.hpp`). Positions in metres, RAS. Tets are positively oriented: det(x1 - x0,
+/// x2 - x0, x3 - x0) > 0. Plain data; `check_tet_mesh` checks its consistency.
 struct TetMesh {
     std::vector<Vector3> nodes;
     std::vector<Tet> tets;

@@ -44,8 +44,8 @@ Eigen::Matrix3d Corotated::shear_stress_increment(double mu, double, const Matri
 }
 
 // With S = R^T F and M = R^T dF, R turns by dR = R [w]x, (tr S I - S) w = a, where [a]x = M - M^T.
-// P = 2 mu (F - R) + p R, so that its exact derivative at a given p is 2 mu dF + (p - 2 mu) dR: mu R
-// [a]x + (p - 2 mu) R [w]x more than with R held.
+// P = 2 mu (F - R) + p R, so that its exact derivative at a given p is 2 mu dF + (p - 2 mu) dR:
+// mu R [a]x + (p - 2 mu) R [w]x more than with R held.
 Eigen::Matrix3d Corotated::turn_increment(double mu, double p, const Matrix3& H, const Matrix3& R,
                                           const Matrix3& dF) const {
     const Matrix3 RF = R.transpose() * deformation_gradient(H), S = (RF + RF.transpose()) / 2;
