@@ -19,18 +19,21 @@ constexpr const char* frame_format = "livetet frame";
 constexpr int checkpoint_version = 1;
 constexpr const char* state_file = "checkpoint.h5";
 
-/// The communicator for files: one rank writes as one without MPI does.
+/// The communicator for files. One rank writes and reads as a process without MPI does.
 MPI_Comm world() {
-    int ranks = 1;
-    MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+    int has_mpi = 0, ranks = 1;
+    MPI_Initialized(&has_mpi);
+    if (has_mpi) MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
     return ranks > 1 ? PETSC_COMM_WORLD : MPI_COMM_SELF;
 }
 
 /// This rank's rows of a table.
 RowRange my_range(std::size_t rows) {
+    MPI_Comm comm = world();
+    if (comm == MPI_COMM_SELF) return {0, rows};
     int rank = 0, ranks = 1;
-    MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
-    MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+    MPI_Comm_rank(comm, &rank);
+    MPI_Comm_size(comm, &ranks);
     return row_range(rows, static_cast<std::size_t>(rank), static_cast<std::size_t>(ranks));
 }
 
@@ -90,14 +93,18 @@ void CheckpointStore::begin() const {
 }
 
 std::pair<RunPlace, BodySnapshot> CheckpointStore::read() const {
-    on_first_rank([&] {
+    const auto check = [&] {
         if (!fs::exists(folder_ / state_file))
             fail(
                 "{}: no checkpoint to restart from, expected a run with output.checkpoint_every "
                 "that was interrupted after its first",
                 (folder_ / state_file).string());
         hdf5::File::check({folder_ / state_file});
-    });
+    };
+    if (world() == MPI_COMM_SELF)
+        check();
+    else
+        on_first_rank(check);
     const hdf5::File file = hdf5::File::open(folder_ / state_file, hdf5::Validation::done);
     hdf5::check_format(file, state_format, checkpoint_version);
     if (const std::string was = file.read_text("run"); was != about_)
