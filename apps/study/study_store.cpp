@@ -358,7 +358,8 @@ void StudyStore::write_result(const ProgressCallback& progress) const {
 void StudyStore::remove() {
     lock_ = {};
     // The solves first: what a kill leaves of the folder is then still described by its study.yaml.
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder_))
+    std::error_code none;  // a study that was complete has no folder
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder_, none))
         if (entry.path().extension() == ".h5") fs::remove(entry.path());
     fs::remove_all(folder_);
 }
