@@ -428,9 +428,10 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
         h.transfers.clear();
         h.parents.resize(std::min<std::size_t>(h.parents.size(), 1));
     }
-    scene_body.body =
-        std::make_unique<DeformableBody>(DistributedHierarchy{comm, scene_body.hierarchy, parts},
-                                         elastic_model(scene), scene.time, options);
+    ElasticModel model = elastic_model(scene);
+    if (use != Use::track) model.has_graded_patches = false;  // no frame moves them
+    scene_body.body = std::make_unique<DeformableBody>(
+        DistributedHierarchy{comm, scene_body.hierarchy, parts}, model, scene.time, options);
     MeshHierarchy& used = scene_body.hierarchy;
     used.parents.clear();  // used for the partition only
     if (scene_body.body->linear_solver().kind() != SolverKind::live)

@@ -41,6 +41,18 @@ void prepare_press(const Folder& folder) {
     write_text(folder / "scene.yaml", press);
 }
 
+TEST(Solve, TakesNoPressuresForSensorsThatItDoesNotMove) {
+    const Folder folder;
+    prepare_press(folder);
+    write_text(folder / "scene.yaml",
+               press +
+                   "strain: neohookean\ntrack: {source: none.mha, registration: none.json, "
+                   "sensors: [{tool: Sensor, place_mm: [100, 50, 100]}]}\n");
+    const auto outcome = livetet(folder, "solve scene.yaml");
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("solver           cg + mg"), std::string::npos) << outcome.out;
+}
+
 std::vector<Vector3> last_displacement(const std::filesystem::path& path) {
     const ResultReader result(path);
     return result.displacement(result.times_s().size() - 1);
