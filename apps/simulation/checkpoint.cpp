@@ -6,6 +6,7 @@
 #include "io/text.hpp"
 #include "io/vector_table.hpp"
 #include "solvers/parallel/first_rank.hpp"
+#include "solvers/parallel/row_blocks.hpp"
 
 namespace livetet {
 
@@ -30,11 +31,7 @@ MPI_Comm world() {
 /// This rank's rows of a table.
 RowRange my_range(std::size_t rows) {
     MPI_Comm comm = world();
-    if (comm == MPI_COMM_SELF) return {0, rows};
-    int rank = 0, ranks = 1;
-    MPI_Comm_rank(comm, &rank);
-    MPI_Comm_size(comm, &ranks);
-    return row_range(rows, static_cast<std::size_t>(rank), static_cast<std::size_t>(ranks));
+    return comm == MPI_COMM_SELF ? RowRange{0, rows} : row_range(comm, rows);
 }
 
 std::vector<double> read_my_rows(const hdf5::File& file, const std::string& name,

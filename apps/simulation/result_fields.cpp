@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "base/row_range.hpp"
 #include "mechanics/stress.hpp"
+#include "solvers/parallel/row_blocks.hpp"
 
 namespace livetet {
 
@@ -16,12 +16,7 @@ std::vector<ResultFrame::Field> result_fields(const Scene& scene, DeformableBody
     if (wanted("reactions")) {
         const std::vector<Vector3> reactions = body.reactions();
         const double* numbers = reactions.front().data();
-        int rank = 0, ranks = 1;
-        MPI_Comm comm = body.linear_solver().fine().share().comm;
-        MPI_Comm_rank(comm, &rank);
-        MPI_Comm_size(comm, &ranks);
-        const RowRange mine = row_range(reactions.size(), static_cast<std::size_t>(rank),
-                                        static_cast<std::size_t>(ranks));
+        const RowRange mine = row_range(body.linear_solver().fine().share().comm, reactions.size());
         fields.push_back(
             {"reactions", FieldPlace::node, 3, {numbers + 3 * mine.first, numbers + 3 * mine.end}});
     }

@@ -22,12 +22,15 @@ class RowType {
 
 }  // namespace
 
-RowBlocks::RowBlocks(MPI_Comm comm, std::size_t rows, std::span<const std::int32_t> mine)
-    : mine_(mine.size()) {
+RowRange row_range(MPI_Comm comm, std::size_t rows) {
     int rank = 0, ranks = 1;
     MPI_Comm_rank(comm, &rank);
     MPI_Comm_size(comm, &ranks);
-    block_ = row_range(rows, static_cast<std::size_t>(rank), static_cast<std::size_t>(ranks));
+    return row_range(rows, static_cast<std::size_t>(rank), static_cast<std::size_t>(ranks));
+}
+
+RowBlocks::RowBlocks(MPI_Comm comm, std::size_t rows, std::span<const std::int32_t> mine)
+    : block_(row_range(comm, rows)), mine_(mine.size()) {
     PetscLayout layout = nullptr;
     LIVETET_PETSC(PetscLayoutCreateFromSizes(comm, static_cast<PetscInt>(block_.size()),
                                              static_cast<PetscInt>(rows), 1, &layout));

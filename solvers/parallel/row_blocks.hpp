@@ -11,6 +11,9 @@
 
 namespace livetet {
 
+/// The rows of this rank of `comm`; without a message.
+RowRange row_range(MPI_Comm comm, std::size_t rows);
+
 /// Moves values of a whole mesh's nodes or tets between the ranks that own them and the consecutive
 /// blocks in which files are read and written (see row_range): no rank holds more than its part and
 /// its block. Files are the same whatever the number of ranks that wrote them.
