@@ -4,14 +4,7 @@ cmake_minimum_required(VERSION 3.25)
 #     LIBDIR    where libraries are installed below the prefix
 #     VERSION   of the project
 set(place ${BUILD}/instruction-sets)
-function(run variable)
-  execute_process(COMMAND ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE errors)
-  if(status)
-    string(JOIN " " command ${ARGN})
-    message(FATAL_ERROR "${command}\nended with ${status}:\n${output}${errors}")
-  endif()
-  set(${variable} "${output}" PARENT_SCOPE)
-endfunction()
+include(${CMAKE_CURRENT_LIST_DIR}/support/run.cmake)
 
 file(REMOVE_RECURSE ${place})
 run(output ${CMAKE_COMMAND} --install ${BUILD} --prefix ${place}/install)
