@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "apps/commands/commands.hpp"
-#include "apps/commands/output_name.hpp"
+#include "apps/warp/output_name.hpp"
 #include "apps/commands/report_result.hpp"
 #include "apps/report/report.hpp"
 #include "apps/report/solve_report.hpp"

@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "apps/commands/commands.hpp"
-#include "apps/commands/warp_frame.hpp"
+#include "apps/warp/warp_frame.hpp"
 #include "base/counted.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"

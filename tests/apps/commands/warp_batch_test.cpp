@@ -1,6 +1,6 @@
 #include <nlohmann/json.hpp>
 
-#include "apps/commands/output_name.hpp"
+#include "apps/warp/output_name.hpp"
 #include "apps/commands/warped_block.hpp"
 
 namespace livetet {

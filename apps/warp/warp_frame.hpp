@@ -6,7 +6,7 @@
 #include <string>
 #include <variant>
 
-#include "apps/commands/warp_plan.hpp"
+#include "apps/warp/warp_plan.hpp"
 #include "base/thread_team.hpp"
 #include "image/image.hpp"
 #include "io/result_file.hpp"

@@ -1,4 +1,4 @@
-#include "apps/commands/warp_frame.hpp"
+#include "apps/warp/warp_frame.hpp"
 
 #include <fmt/format.h>
 

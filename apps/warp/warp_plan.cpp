@@ -1,4 +1,4 @@
-#include "apps/commands/warp_plan.hpp"
+#include "apps/warp/warp_plan.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <map>
 #include <set>
 
-#include "apps/commands/output_name.hpp"
+#include "apps/warp/output_name.hpp"
 #include "apps/scene/outputs.hpp"
 #include "base/counted.hpp"
 #include "base/error.hpp"

@@ -1,4 +1,4 @@
-#include "apps/commands/output_name.hpp"
+#include "apps/warp/output_name.hpp"
 
 #include <fmt/format.h>
 
