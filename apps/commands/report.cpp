@@ -13,11 +13,11 @@
 #include <vector>
 
 #include "apps/commands/commands.hpp"
-#include "apps/warp/output_name.hpp"
 #include "apps/commands/report_result.hpp"
 #include "apps/report/report.hpp"
 #include "apps/report/solve_report.hpp"
 #include "apps/scene/outputs.hpp"
+#include "apps/warp/output_name.hpp"
 #include "base/child_process.hpp"
 #include "base/counted.hpp"
 #include "base/error.hpp"

@@ -1,7 +1,7 @@
 """Real-time soft-tissue simulation. SI units and RAS; names that end in _mm say otherwise."""
 
 from os import PathLike
-from typing import Any, Callable, Mapping, Sequence, overload
+from typing import Any, Callable, Literal, Mapping, Sequence, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +12,7 @@ Path = str | PathLike[str]
 Progress = Callable[[float, str], None] | None
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]
+Interpolation = Literal["nearest", "linear", "cubic"]
 
 class Error(ValueError): ...
 class PetscError(RuntimeError): ...
@@ -104,6 +105,40 @@ class Result:
     @property
     def target_names(self) -> list[str]: ...
     def targets(self, frame: int) -> dict[str, dict[str, Any]]: ...
+    @overload
+    def warp(
+        self,
+        output: Path | None = None,
+        *,
+        frame: int = -1,
+        image: Path | None = None,
+        grid: Path | None = None,
+        inverse_field: Path | None = None,
+        forward_field: Path | None = None,
+        registration: Path | None = None,
+        interpolation: Interpolation | None = None,
+        empty: float | None = None,
+        rind_mm: float | None = None,
+        threads: int = 0,
+        progress: Progress = None,
+    ) -> dict[str, Any]: ...
+    @overload
+    def warp(
+        self,
+        output: Path | None = None,
+        *,
+        frame: Sequence[int],
+        image: Path | None = None,
+        grid: Path | None = None,
+        inverse_field: Path | None = None,
+        forward_field: Path | None = None,
+        registration: Path | None = None,
+        interpolation: Interpolation | None = None,
+        empty: float | None = None,
+        rind_mm: float | None = None,
+        threads: int = 0,
+        progress: Progress = None,
+    ) -> list[dict[str, Any]]: ...
 
 class StepReport:
     @property

@@ -1,11 +1,13 @@
 #include <pybind11/stl.h>
 
 #include <optional>
+#include <variant>
 
 #include "apps/live/statement_record.hpp"
 #include "apps/python/arrays.hpp"
 #include "apps/python/engine.hpp"
 #include "apps/python/scene.hpp"
+#include "apps/warp/warp_results.hpp"
 #include "config/yaml.hpp"
 #include "io/result_file.hpp"
 
@@ -76,6 +78,78 @@ py::dict targets(const Result& result, py::ssize_t k) {
                    result.statements->names());
 }
 
+/// The files of a warp: None, or a path.
+std::filesystem::path optional_path(const py::object& path) {
+    return path.is_none() ? std::filesystem::path{} : std::filesystem::path(path_of(path));
+}
+
+std::optional<Interpolation> interpolation_of(const std::optional<std::string>& name) {
+    if (!name) return {};
+    const auto at = interpolations.find(*name);
+    if (at == interpolations.end())
+        fail("interpolation: found \"{}\", expected nearest, linear or cubic", *name);
+    return at->second;
+}
+
+/// Warps by the arguments but for the frames, which the text of `livetet warp --frames` names.
+py::list warp_frames(const Result& result, WarpArguments arguments,
+                     const std::vector<py::ssize_t>& frames, const py::object& progress) {
+    std::vector<std::size_t> numbers;
+    for (const py::ssize_t k : frames) numbers.push_back(frame_of(result, k) + 1);
+    if (numbers.empty()) fail("warp: found no frame, expected at least one");
+    arguments.frames = fmt::format("{}", fmt::join(numbers, ","));
+    Watch watch(progress);
+    const auto warped = in_engine([&] { return warp_results(arguments, watch.callback()); });
+    py::list figures;
+    for (std::size_t n = 0; n < warped.size(); ++n) {
+        py::dict one = python_of_json(
+            warped[n].figures.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+        one["frame"] = numbers[n] - 1;  // as everywhere in Python
+        figures.append(one);
+    }
+    return figures;
+}
+
+py::object warp(const Result& result, const py::object& output,
+                const std::variant<py::ssize_t, std::vector<py::ssize_t>>& frame,
+                const py::object& image, const py::object& grid, const py::object& inverse_field,
+                const py::object& forward_field, const py::object& registration,
+                const std::optional<std::string>& interpolation, std::optional<double> empty,
+                std::optional<double> rind_mm, int threads, const py::object& progress) {
+    if (rind_mm && !(*rind_mm >= 0)) fail("rind_mm: found {}, expected 0 or more", *rind_mm);
+    if (threads < 0 || threads > 64) fail("threads: found {}, expected 0 to 64", threads);
+    WarpArguments a;
+    a.results = {result.file};
+    a.output = optional_path(output);
+    a.image = optional_path(image);
+    a.grid = optional_path(grid);
+    a.inverse_field = optional_path(inverse_field);
+    a.forward_field = optional_path(forward_field);
+    a.registration = optional_path(registration);
+    a.interpolation = interpolation_of(interpolation);
+    a.empty = empty;
+    a.rind_mm = rind_mm;
+    a.threads = threads;
+    if (const auto* one = std::get_if<py::ssize_t>(&frame))
+        return warp_frames(result, a, {*one}, progress)[0];
+    return warp_frames(result, a, std::get<1>(frame), progress);
+}
+
+void bind_warp(py::class_<Result>& result) {
+    result.def(
+        "warp", &warp, py::arg("output") = py::none(), py::kw_only(), py::arg("frame") = -1,
+        py::arg("image") = py::none(), py::arg("grid") = py::none(),
+        py::arg("inverse_field") = py::none(), py::arg("forward_field") = py::none(),
+        py::arg("registration") = py::none(), py::arg("interpolation") = py::none(),
+        py::arg("empty") = py::none(), py::arg("rind_mm") = py::none(), py::arg("threads") = 0,
+        py::arg("progress") = py::none(),
+        "`livetet warp`: writes the image that was meshed, or `image`, in the deformed state of a "
+        "frame, to `output`: NIfTI, or a folder for a DICOM series. `inverse_field`, "
+        "`forward_field` (NIfTI) and `registration` (DICOM) are written where they are named. "
+        "Returns the figures of the frame, a dict; of several frames, whose files have {frame} in "
+        "their names, a list.");
+}
+
 }  // namespace
 
 py::dict dict_of(const FrameStatement& statement, const std::vector<std::string>& names) {
@@ -96,10 +170,11 @@ py::dict dict_of(const FrameStatement& statement, const std::vector<std::string>
 }
 
 void bind_result(py::module_& module) {
-    py::class_<Result>(module, "Result",
-                       "A result file of `livetet solve` or `livetet track`. Each call reads the "
-                       "file and returns arrays of its own.")
-        .def(py::init(&open), py::arg("path"), "Opens and checks the file.")
+    py::class_<Result> result(
+        module, "Result",
+        "A result file of `livetet solve` or `livetet track`. Each call reads the "
+        "file and returns arrays of its own.");
+    result.def(py::init(&open), py::arg("path"), "Opens and checks the file.")
         .def("__len__", [](const Result& r) { return r.reader->frame_count(); })
         .def_property_readonly(
             "mesh", [](const Result& r) { return Mesh(r.reader, r.reader->mesh()); },
@@ -137,6 +212,7 @@ void bind_result(py::module_& module) {
         .def("targets", &targets, py::arg("frame"),
              "Stated errors in a frame, by target: `position` (3,), m, as shown; `radius_95`, m, "
              "within which it is with 95 %; `covariance` (3, 3), m^2; `by_source`, m^2.");
+    bind_warp(result);
 }
 
 }  // namespace livetet::python

@@ -333,6 +333,8 @@ std::vector<Vector3> WarpInput::displacement(std::size_t frame) const {
 WarpedFrame warp_frame(const WarpInput& input, const WarpJob& job, const WarpArguments& a,
                        ThreadTeam& team) {
     WarpedFrame out;
+    out.text = fmt::format("frame        {} at {:.3f} s, of {}\n{}", job.frame + 1,
+                           input.time_s(job.frame), input.frame_count(), input.note());
     const BodyMotion motion =
         body_motion(input.mesh(), input.displacement(job.frame), input.rind());
     if (!a.grid.empty())

@@ -6,8 +6,8 @@
 #include <map>
 #include <set>
 
-#include "apps/warp/output_name.hpp"
 #include "apps/scene/outputs.hpp"
+#include "apps/warp/output_name.hpp"
 #include "base/counted.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,6 +21,12 @@ struct WarpArguments {
     std::optional<Interpolation> interpolation;
     int threads = 0;
 };
+
+/// By the name that users give.
+inline const std::map<std::string, Interpolation> interpolations{
+    {"nearest", Interpolation::nearest},
+    {"linear", Interpolation::linear},
+    {"cubic", Interpolation::cubic}};
 
 /// The files that a frame is written to; those that are empty are not written.
 struct WarpFiles {

@@ -1,7 +1,7 @@
 #include <nlohmann/json.hpp>
 
-#include "apps/warp/output_name.hpp"
 #include "apps/commands/warped_block.hpp"
+#include "apps/warp/output_name.hpp"
 
 namespace livetet {
 namespace {
