@@ -1,7 +1,6 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/commands/warped_block.hpp"
-#include "apps/warp/output_name.hpp"
 
 namespace livetet {
 namespace {
@@ -18,24 +17,6 @@ std::vector<WarpedBlock::Move> steps(int count) {
     for (int n = 0; n < count; ++n)
         moves.push_back([n](const Vector3& x) { return Vector3(x + Vector3(3e-3 * n, 0, 0)); });
     return moves;
-}
-
-TEST(WarpBatch, FramesAreChosenByRanges) {
-    using Frames = std::vector<std::size_t>;
-    EXPECT_EQ(chosen_frames("1:10:3", 10, "r"), (Frames{0, 3, 6, 9}));
-    EXPECT_EQ(chosen_frames("2:9:3", 10, "r"), (Frames{1, 4, 7}));
-    EXPECT_EQ(chosen_frames("3", 10, "r"), (Frames{2}));
-    EXPECT_EQ(chosen_frames("::5, 10", 10, "r"), (Frames{0, 5, 9}));
-    EXPECT_EQ(chosen_frames("9:", 10, "r"), (Frames{8, 9}));
-    EXPECT_EQ(chosen_frames("::18446744073709551615", 10, "r"), (Frames{0}));
-    for (const char* wrong :
-         {"0", "11", "1:11", "5:4", "1:2:0", "", ",", "1,,2", "a", "1:2:3:4", "-1", "1.5"})
-        EXPECT_THROW(chosen_frames(wrong, 10, "r"), Error) << wrong;
-    EXPECT_EQ(output_name("-o", "{folder}/{result}_{frame}.nii", "a/b/run.h5", 4, 120),
-              "a/b/run_005.nii");
-    EXPECT_EQ(output_name("-o", "{folder}/x.nii", "run.h5", 4, 120), "./x.nii");
-    EXPECT_THROW(output_name("-o", "x_{fraem}.nii", "run.h5", 4, 120), Error);
-    EXPECT_THROW(output_name("-o", "x_{frame", "run.h5", 4, 120), Error);
 }
 
 TEST(WarpBatch, ManyFramesAreWhatEachOfThemIs) {
