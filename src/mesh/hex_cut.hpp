@@ -1,0 +1,80 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "geometry/triangle_mesh.hpp"
+#include "mesh/hex_grid.hpp"
+
+/// Cuts of grids of hexahedra: a link between two neighbours breaks where the segment from one
+/// cell's centre to the other's crosses the cutting surface. Nodes whose cells no chain of links
+/// joins any more are doubled, so that the cut opens along faces of cells.
+///
+/// Source: Dick, Georgii, Westermann (2011), "A hexahedral multigrid approach for simulating cuts
+/// in deformable objects".
+namespace livetet {
+
+/// A plane that cuts; or a disc or a parallelogram in it, both about `point`, border included.
+struct PlanePatch {
+    Vector3 point = Vector3::Zero();                ///< m
+    Vector3 normal = Vector3::UnitZ();              ///< of any length but zero
+    std::optional<double> radius{};                 ///< of a disc, m
+    std::optional<std::array<Vector3, 2>> edges{};  ///< of a parallelogram in the plane, m
+};
+
+/// Triangles cut on both sides alike: their winding does not matter.
+using CutSurface = std::variant<PlanePatch, TriangleMesh>;
+
+/// Where a grid lies: the cell at place p reaches from `corner` + `axes` p by the columns of
+/// `axes`, the edges of a cell, m.
+struct GridFrame {
+    Vector3 corner = Vector3::Zero();
+    Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
+
+    Vector3 centre(const HexPlace& place) const {
+        return corner + axes * (Vector3(place[0], place[1], place[2]) + Vector3::Constant(0.5));
+    }
+};
+
+/// The frame of a mesh's grid; `level` is its `hex_level_of`.
+GridFrame grid_frame(const TetMesh& mesh, const HexLevel& level);
+
+/// For each link whether the surface crosses it. A surface without holes leaves none: each centre
+/// is on one side of it. A centre exactly on the surface counts as on one side, too: that of a
+/// plane's normal; of triangles as if the centre was moved by (e, e^2, e^3) along the grid's axes
+/// with an infinitely small e, which is decided exactly, on corners rounded to 1e-6 of a cell.
+/// O((links + triangles) log(links) + centres near triangles). Throws Error, naming `where`, if a
+/// corner of a triangle is more than 1e6 cells from the grid.
+std::vector<std::uint8_t> crossed_links(const HexLevel& level, const GridFrame& frame,
+                                        const CutSurface& surface, const std::string& where);
+
+/// The mesh of `level` without the links that are `cut` (one entry a link). Cells keep their
+/// numbers. A node keeps its number for the first of its cells; the copies that other cells take
+/// follow after all nodes, at the same place. Node sets take all copies; a set's triangles those of
+/// the cell that they bound.
+TetMesh without_links(const TetMesh& mesh, const HexLevel& level,
+                      std::span<const std::uint8_t> cut);
+
+/// A part of a grid that hangs together.
+struct GridPiece {
+    std::vector<std::int32_t> cells;     ///< rising
+    double volume = 0;                   ///< of what of its cells is inside the body, m^3
+    Vector3 centroid = Vector3::Zero();  ///< of that, cell by cell, m
+};
+
+/// The pieces of a grid, the largest first.
+std::vector<GridPiece> grid_pieces(const TetMesh& mesh);
+
+/// The grid without some of its cells (one entry a cell) and the nodes that only they have. What is
+/// left is numbered in the same order. Node sets and sets of triangles that lose all they had are
+/// kept, empty.
+TetMesh without_cells(const TetMesh& mesh, std::span<const std::uint8_t> left_out);
+
+}  // namespace livetet
