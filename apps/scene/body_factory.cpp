@@ -7,6 +7,7 @@
 #include <numbers>
 #include <set>
 
+#include "apps/scene/cuts.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/log.hpp"
@@ -116,7 +117,9 @@ MeshHierarchy read_tets(const MeshSource& source) {
 }  // namespace
 
 MeshHierarchy load_mesh(const Scene& scene, const ProgressCallback& progress) {
-    return load_mesh(scene.mesh, progress, grading_of(scene));
+    check_can_be_cut(scene);
+    MeshHierarchy loaded = load_mesh(scene.mesh, progress, grading_of(scene));
+    return scene.cuts.empty() ? loaded : with_cuts(scene, std::move(loaded));
 }
 
 MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progress,
@@ -200,6 +203,15 @@ SceneConstraints::SceneConstraints(const Scene& scene, const TetMesh& mesh)
                            component_bits(scene.fix[i].components), scene.fix[i].stiffness_N_per_m,
                            0});
     }
+    if (std::vector<std::int32_t> resting = resting_nodes(scene, mesh); !resting.empty())
+        driven_.push_back({"free_pieces",
+                           std::move(resting),
+                           Vector3::Zero(),
+                           Vector3::Zero(),
+                           Vector3::Zero(),
+                           component_bits("xyz"),
+                           {},
+                           0});
     for (const Driven& d : driven_) {
         if (!d.stiffness) continue;
         springs_.stiffness.resize(mesh.nodes.size(), 0);

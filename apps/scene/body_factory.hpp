@@ -14,9 +14,9 @@ namespace livetet {
 std::vector<std::int32_t> select_nodes(const TetMesh& mesh, const SelectionOptions& selection,
                                        const std::string& key);
 
-/// Reads the mesh hierarchy of a scene, or meshes its image or surface, and refines it if
-/// requested. Logs a note where the mesher deviated from the request. A surface that could not be
-/// meshed is written to the working folder.
+/// Reads the mesh hierarchy of a scene, or meshes its image or surface, refines it if requested,
+/// and cuts it as the scene says (`with_cuts`). Logs a note where the mesher deviated from the
+/// request. A surface that could not be meshed is written to the working folder.
 MeshHierarchy load_mesh(const Scene& scene, const ProgressCallback& progress);
 
 /// The same for a mesh block, whatever its key `grading`: `grading` has what the mesh is graded by.
@@ -37,7 +37,8 @@ class SceneConstraints {
     void move_to_share(double share);
 
     /// Force of each set on the body, N, by its key in the scene: of springs by their extension, of
-    /// hard sets by the reactions of the components that they are the last to prescribe.
+    /// hard sets by the reactions of the components that they are the last to prescribe. Pieces
+    /// that stay at rest because nothing holds them (`resting_nodes`) are the set "free_pieces".
     std::vector<std::pair<std::string, Vector3>> forces(
         std::span<const Vector3> reactions, std::span<const Vector3> displacement) const;
 

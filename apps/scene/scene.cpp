@@ -85,6 +85,7 @@ void resolve_paths(Scene& scene, const std::filesystem::path& folder) {
         if (d.mask) resolve(*d.mask);
     for (auto& l : scene.loads)
         if (l.mask) resolve(*l.mask);
+    for (CutOptions& cut : scene.cuts) resolve(cut.file);
     const auto resolve_targets = [&](std::vector<TargetOptions>& targets) {
         for (TargetOptions& target : targets) {
             resolve(target.points);
@@ -127,6 +128,10 @@ void finish_scene(Scene& scene, const KeyPlaces& places, const std::filesystem::
             scene.time.beta, scene.time.gamma / 2, places("time.beta"));
     check_selections(scene, places);
     refuse_node_numbers(scene, places);
+    for (std::size_t i = 0; i < scene.cuts.size(); ++i)
+        check_cut(scene.cuts[i], fmt::format("cuts[{}]", i), places);
+    if (scene.free_pieces != FreePieces::refuse && scene.cuts.empty())
+        fail("free_pieces: applies to what cuts free, expected cuts ({})", places("free_pieces"));
     if (scene.track) check_track(*scene.track, places);
     if (scene.deform) check_deform(*scene.deform, places);
     if (scene.probes && scene.probes->points.empty())

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/scene/cut_options.hpp"
 #include "apps/scene/deform_options.hpp"
 #include "apps/scene/mesh_options.hpp"
 #include "apps/scene/selection_options.hpp"
@@ -74,6 +75,8 @@ struct Scene {
     std::vector<FixOptions> fix;
     std::vector<DriveOptions> drive;
     std::vector<LoadOptions> loads;
+    std::vector<CutOptions> cuts;
+    FreePieces free_pieces = FreePieces::refuse;
     SolverOptions solver;
     std::optional<TrackOptions> track;
     std::optional<DeformOptions> deform;
@@ -197,6 +200,13 @@ void visit_fields(Visitor& v, Scene& s) {
            "nodes that are moved; where rigid sets overlap, the last wins; fix takes precedence "
            "over drive");
     v.list("loads", s.loads, "forces");
+    v.list("cuts", s.cuts, "cuts of a grid of hexahedra, which open along the faces of its cells");
+    v.choice("free_pieces", s.free_pieces, "pieces that neither fix nor drive holds after the cuts",
+             {{FreePieces::refuse, "refuse", "an error that tells their places and volumes"},
+              {FreePieces::leave_out, "leave_out", "they are left out of the mesh"},
+              {FreePieces::keep, "keep",
+               "in a static scene they keep their place at rest, whatever acts on them; in a "
+               "dynamic one they move freely"}});
     v.group("solver", s.solver, "how the equations are solved");
     v.group("track", s.track, "`livetet track`: the tracker and what it moves");
     v.group("deform", s.deform,

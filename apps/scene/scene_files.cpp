@@ -20,6 +20,8 @@ std::set<std::filesystem::path> mesh_files(const Scene& scene) {
     add_masks(scene.fix);
     add_masks(scene.drive);
     add_masks(scene.loads);
+    for (const CutOptions& cut : scene.cuts)
+        if (!cut.file.empty()) files.insert(cut.file);
     return files;
 }
 
@@ -47,6 +49,8 @@ std::set<std::filesystem::path> read_files(const Scene& scene) {
 bool needs_images(const Scene& scene) {
     const std::string end = ending(scene.mesh.file);
     if (end != ".h5" && (end != ".msh" || scene.mesh.levels > 1)) return true;
+    if (std::ranges::any_of(scene.cuts, [](const CutOptions& c) { return !c.file.empty(); }))
+        return true;
     const std::set<std::filesystem::path> files = read_files(scene);
     return std::ranges::any_of(files, [](const std::filesystem::path& file) {
         const bool is_nifti = ending(file) == ".nii" || ending(file) == ".nii.gz";

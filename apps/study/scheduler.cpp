@@ -144,7 +144,7 @@ void check_meshes(const Study& study) {
                 "mesh.file = {}: a study wants tetrahedra, .h5, .msh or .vtu: `livetet mesh` makes "
                 "them",
                 name);
-        (void)load_mesh(scene, {});
+        (void)load_mesh(scene.mesh, {}, {});  // cuts may vary: those of a solve are its own
     }
 }
 

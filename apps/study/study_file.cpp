@@ -6,6 +6,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "apps/scene/cuts.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "config/yaml.hpp"
@@ -44,7 +45,7 @@ class StoredMeshes {
     /// A frame without fields on the mesh of a scene; writes the mesh the first time.
     XdmfFrame frame(const Scene& scene) {
         const std::string key =
-            to_yaml(scene.mesh) + (scene.elements == Elements::p2 ? "P2" : "P1");
+            mesh_identity(scene) + (scene.elements == Elements::p2 ? "P2" : "P1");
         const auto found = frames_.find(key);
         if (found != frames_.end()) return found->second;
         MeshHierarchy hierarchy = load_mesh(scene, {});

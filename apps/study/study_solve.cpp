@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "apps/scene/cuts.hpp"
 #include "apps/scene/model_limits.hpp"
 #include "base/error.hpp"
 #include "base/stopwatch.hpp"
@@ -57,10 +58,10 @@ std::vector<StepRecord> read_steps(const hdf5::File& file, const std::string& hi
 }
 
 void StudySolver::take_mesh(const Scene& scene) {
-    if (mesh_key_ == to_yaml(scene.mesh)) return;
+    if (mesh_key_ == mesh_identity(scene)) return;
     mesh_key_.clear();
     hierarchy_ = load_mesh(scene, {});
-    mesh_key_ = to_yaml(scene.mesh);
+    mesh_key_ = mesh_identity(scene);
 }
 
 void StudySolver::run(const Scene& scene, StudyRow& row, const ProgressCallback& progress) {

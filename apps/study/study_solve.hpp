@@ -57,7 +57,7 @@ class StudySolver {
     void run(const Scene& scene, StudyRow& row, const ProgressCallback& progress);
 
     MPI_Comm group_;
-    std::string mesh_key_;  ///< mesh block of the scene
+    std::string mesh_key_;  ///< mesh_identity of its scene
     MeshHierarchy hierarchy_;
 };
 

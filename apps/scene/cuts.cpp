@@ -1,0 +1,224 @@
+#include "apps/scene/cuts.hpp"
+
+#include <Eigen/Dense>
+
+#include <algorithm>
+
+#include "apps/scene/body_factory.hpp"
+#include "apps/scene/mesh_source.hpp"
+#include "base/counted.hpp"
+#include "base/error.hpp"
+#include "base/log.hpp"
+#include "config/yaml.hpp"
+#include "mesh/hex_cut.hpp"
+
+namespace livetet {
+
+namespace {
+
+/// Beside the bits of prescribed components: pulled by a spring.
+constexpr std::uint8_t all_components = 7, has_spring = 8;
+
+/// For each node what fix and drive hold of it.
+std::vector<std::uint8_t> held_components(const Scene& scene, const TetMesh& mesh) {
+    std::vector<std::uint8_t> held(mesh.nodes.size(), 0);
+    const auto add = [&](const auto& list, const char* name) {
+        for (std::size_t i = 0; i < list.size(); ++i) {
+            std::uint8_t bits = 0;
+            for (const char c : list[i].components) bits |= 1 << (c - 'x');
+            if (list[i].stiffness_N_per_m) bits = has_spring;
+            for (const std::int32_t n : select_nodes(mesh, list[i], fmt::format("{}[{}]", name, i)))
+                held[n] |= bits;
+        }
+    };
+    add(scene.fix, "fix");
+    add(scene.drive, "drive");
+    return held;
+}
+
+template <class Rule>
+bool any_node(const GridPiece& piece, const TetMesh& mesh, const Rule& rule) {
+    return std::ranges::any_of(
+        piece.cells, [&](std::int32_t e) { return std::ranges::any_of(mesh.hexahedra[e], rule); });
+}
+
+/// The pieces of which no node is held.
+std::vector<GridPiece> free_pieces(const TetMesh& mesh, const std::vector<std::uint8_t>& held) {
+    std::vector<GridPiece> pieces = grid_pieces(mesh);
+    std::erase_if(pieces, [&](const GridPiece& piece) {
+        return any_node(piece, mesh, [&](std::int32_t n) { return held[n] != 0; });
+    });
+    return pieces;
+}
+
+std::string place_text(const Vector3& x) {
+    return fmt::format("({:.1f}, {:.1f}, {:.1f}) mm", 1e3 * x.x(), 1e3 * x.y(), 1e3 * x.z());
+}
+
+std::string pieces_text(const std::vector<GridPiece>& pieces) {
+    constexpr std::size_t most = 4;
+    std::string text = counted(pieces.size(), "piece") + " that neither fix nor drive holds: ";
+    for (std::size_t i = 0; i < std::min(pieces.size(), most); ++i)
+        text += fmt::format("{}{:.4g} ml at {}", i ? ", " : "", 1e6 * pieces[i].volume,
+                            place_text(pieces[i].centroid));
+    if (pieces.size() > most) {
+        double rest = 0;
+        for (std::size_t i = most; i < pieces.size(); ++i) rest += 1e6 * pieces[i].volume;
+        text += fmt::format(" and {} more of {:.4g} ml together", pieces.size() - most, rest);
+    }
+    return text;
+}
+
+CutSurface surface_of(const CutOptions& cut) {
+    if (!cut.file.empty()) {
+#ifdef LIVETET_IMAGES
+        return read_surface(cut.file, cut.space);
+#else
+        fail("cuts: this build of livetet reads no surfaces, found {}, expected planes",
+             cut.file.string());
+#endif
+    }
+    PlanePatch patch;
+    patch.point = *cut.point_mm / 1e3;
+    if (cut.edges_mm) {
+        const auto& e = *cut.edges_mm;
+        patch.edges = {Vector3(e[0], e[1], e[2]) / 1e3, Vector3(e[3], e[4], e[5]) / 1e3};
+        patch.normal = (*patch.edges)[0].cross((*patch.edges)[1]);
+    } else {
+        patch.normal = *cut.normal;
+    }
+    if (cut.radius_mm) patch.radius = *cut.radius_mm / 1e3;
+    return patch;
+}
+
+/// The mesh's box and its cells' edges.
+std::string extent_text(const TetMesh& mesh, const GridFrame& frame) {
+    Vector3 low = mesh.nodes.front(), high = low;
+    for (const Vector3& x : mesh.nodes) low = low.cwiseMin(x), high = high.cwiseMax(x);
+    const Eigen::RowVector3d edge = 1e3 * frame.axes.colwise().norm();
+    return fmt::format("which spans {} to {} in cells of {:.3g} x {:.3g} x {:.3g} mm",
+                       place_text(low), place_text(high), edge[0], edge[1], edge[2]);
+}
+
+TetMesh cut_mesh(const Scene& scene, const TetMesh& mesh) {
+    const HexLevel level = hex_level_of(mesh, scene.mesh.file.string());
+    const GridFrame frame = grid_frame(mesh, level);
+    std::vector<std::uint8_t> cut(level.links.size(), 0);
+    for (std::size_t i = 0; i < scene.cuts.size(); ++i) {
+        const std::string key = fmt::format("cuts[{}]", i);
+        const auto crossed = crossed_links(level, frame, surface_of(scene.cuts[i]), key);
+        if (std::ranges::count(crossed, 1) == 0)
+            fail("{}: crosses no pair of neighbouring cells, expected a cut through the body, {}",
+                 key, extent_text(mesh, frame));
+        for (std::size_t l = 0; l < cut.size(); ++l) cut[l] |= crossed[l];
+    }
+    TetMesh made = without_links(mesh, level, cut);
+    if (made.nodes.size() == mesh.nodes.size())
+        fail(
+            "cuts: cross {} between neighbouring cells, which are too few to open a gap, expected "
+            "larger cuts of the body, {}",
+            counted(static_cast<std::size_t>(std::ranges::count(cut, 1)), "link"),
+            extent_text(mesh, frame));
+    return made;
+}
+
+/// How much of a mesh was cut.
+std::string cut_text(const TetMesh& before, const TetMesh& after) {
+    const std::size_t pieces = grid_pieces(after).size();
+    return fmt::format("note         cuts: {} doubled; {}",
+                       counted(after.nodes.size() - before.nodes.size(), "node"),
+                       pieces == 1 ? "the body still hangs together"
+                                   : fmt::format("the body is in {} pieces", pieces));
+}
+
+[[noreturn]] void fail_of_tets(const Scene& scene) {
+    fail(
+        "cuts: mesh.file = {} is a mesh of tetrahedra, expected hexahedra, an image with "
+        "mesh.cells: "
+        "hexahedra or what `livetet mesh --cells hexahedra` writes of it",
+        scene.mesh.file.string());
+}
+
+/// Throws Error unless a piece is held and can deform.
+void check_something_is_left(const TetMesh& mesh, const std::vector<std::uint8_t>& held) {
+    const auto pieces = grid_pieces(mesh);
+    const bool any = std::ranges::any_of(pieces, [&](const GridPiece& piece) {
+        return any_node(piece, mesh, [&](std::int32_t n) { return held[n] != 0; }) &&
+               any_node(piece, mesh, [&](std::int32_t n) {
+                   return (held[n] & all_components) != all_components;
+               });
+    });
+    if (!any)
+        fail(
+            "cuts: free the whole body: of its {} none is both held by fix or drive and able to "
+            "deform, expected cuts that leave such a piece",
+            counted(pieces.size(), "piece"));
+}
+
+}  // namespace
+
+void check_can_be_cut(const Scene& scene) {
+    if (scene.cuts.empty()) return;
+    const MeshKind kind = kind_of(scene.mesh.file);
+    if (kind == MeshKind::hierarchy) return;
+    if (kind != MeshKind::image || scene.mesh.cells != MeshCells::hexahedra) fail_of_tets(scene);
+}
+
+MeshHierarchy with_cuts(const Scene& scene, MeshHierarchy hierarchy) {
+    if (hierarchy.levels.front().hexahedra.empty()) fail_of_tets(scene);
+    TetMesh mesh = cut_mesh(scene, hierarchy.levels.front());
+    const std::vector<std::uint8_t> held = held_components(scene, mesh);
+    const std::vector<GridPiece> free = free_pieces(mesh, held);
+    const bool may_move = scene.time.is_dynamic() && scene.free_pieces == FreePieces::keep;
+    if (!may_move) check_something_is_left(mesh, held);
+    if (!free.empty() && scene.free_pieces == FreePieces::refuse)
+        fail("cuts: free {}; expected fix or drive to hold them, or free_pieces: leave_out or keep",
+             pieces_text(free));
+    log_info(cut_text(hierarchy.levels.front(), mesh));
+    if (!free.empty()) {
+        const bool leaves_out = scene.free_pieces == FreePieces::leave_out;
+        log_info(fmt::format("note         cuts: free {}; {}", pieces_text(free),
+                             leaves_out ? "left out"
+                             : may_move ? "they move freely"
+                                        : "they keep their place at rest"));
+        if (leaves_out) {
+            std::vector<std::uint8_t> left_out(mesh.hexahedra.size(), 0);
+            for (const GridPiece& piece : free)
+                for (const std::int32_t e : piece.cells) left_out[e] = 1;
+            mesh = without_cells(mesh, left_out);
+        }
+    }
+    return make_hierarchy({std::move(mesh)}, fmt::format("{}; {}", hierarchy.provenance,
+                                                         counted(scene.cuts.size(), "cut")));
+}
+
+std::vector<std::int32_t> resting_nodes(const Scene& scene, const TetMesh& mesh) {
+    std::vector<std::int32_t> nodes;
+    if (scene.cuts.empty() || scene.time.is_dynamic() || scene.free_pieces != FreePieces::keep)
+        return nodes;
+    for (const GridPiece& piece : free_pieces(mesh, held_components(scene, mesh)))
+        for (const std::int32_t e : piece.cells)
+            nodes.insert(nodes.end(), mesh.hexahedra[e].begin(), mesh.hexahedra[e].end());
+    std::sort(nodes.begin(), nodes.end());
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    return nodes;
+}
+
+std::string mesh_identity(const Scene& scene) {
+    if (scene.cuts.empty()) return to_yaml(scene.mesh);
+    Scene of_mesh;  // free pieces depend on what is held, too
+    of_mesh.mesh = scene.mesh;
+    of_mesh.cuts = scene.cuts;
+    of_mesh.free_pieces = scene.free_pieces;
+    of_mesh.time.scheme = scene.time.scheme;
+    of_mesh.fix = scene.fix;
+    for (const DriveOptions& drive : scene.drive) {
+        DriveOptions& selection = of_mesh.drive.emplace_back();
+        static_cast<SelectionOptions&>(selection) = drive;
+        selection.components = drive.components;
+        selection.stiffness_N_per_m = drive.stiffness_N_per_m;
+    }
+    return to_yaml(of_mesh);
+}
+
+}  // namespace livetet

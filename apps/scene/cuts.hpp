@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "apps/scene/scene.hpp"
+#include "mesh/hierarchy.hpp"
+
+namespace livetet {
+
+/// Throws Error if a scene has cuts and its mesh is known to have no hexahedra, before it is read
+/// or made.
+void check_can_be_cut(const Scene& scene);
+
+/// The scene's mesh with its cuts, and without pieces that they free if the scene leaves those out.
+/// Logs how much was cut, and each piece that nothing holds. Throws Error, naming the key, if the
+/// mesh is not of hexahedra, if a cut crosses no pair of neighbouring cells, if all cuts together
+/// open no gap, if pieces are free and the scene refuses them, or if nothing would be left that is
+/// held and can deform.
+MeshHierarchy with_cuts(const Scene& scene, MeshHierarchy hierarchy);
+
+/// The nodes of pieces of a cut grid that stay at rest because neither fix nor drive holds them:
+/// in static scenes with `free_pieces: keep`, else none. Sorted.
+std::vector<std::int32_t> resting_nodes(const Scene& scene, const TetMesh& mesh);
+
+/// Text that is the same for scenes whose meshes are the same.
+std::string mesh_identity(const Scene& scene);
+
+}  // namespace livetet

@@ -1,0 +1,299 @@
+// The shipped program on cut grids: from the scene's cuts to results, warped images and studies.
+
+#include <gtest/gtest.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "io/hierarchy_file.hpp"
+#include "io/image_file.hpp"
+#include "io/result_file.hpp"
+#include "io/surface_file.hpp"
+#include "mesh/hex_grid.hpp"
+#include "support/program.hpp"
+
+namespace livetet {
+namespace {
+
+using test::expect_refused;
+using test::Folder;
+using test::livetet;
+using test::text_of;
+using test::write_text;
+
+/// A bar of 80 x 16 x 16 mm from (2, 2, 2) mm on, in voxels of 1 mm, as "bar.nii.gz"; its grid of
+/// 20 x 4 x 4 cells as "bar.h5"; and "grey.nii.gz" whose values are 100.5 more than the voxel's
+/// number along x.
+struct CutBar {
+    Folder folder;
+
+    CutBar() {
+        LabelImage labels{{100, 20, 20}, Eigen::Matrix4d::Identity(), {}};
+        labels.ras_from_voxel.topLeftCorner<3, 3>() *= 1e-3;
+        labels.ras_from_voxel.col(3) << 0.5e-3, 0.5e-3, 0.5e-3, 1;
+        GreyImage grey{labels.size, labels.ras_from_voxel, {}};
+        for (int k = 0; k < 20; ++k)
+            for (int j = 0; j < 20; ++j)
+                for (int i = 0; i < 100; ++i) {
+                    const bool inside = i >= 2 && i < 82 && j >= 2 && j < 18 && k >= 2 && k < 18;
+                    labels.values.push_back(inside);
+                    grey.values.push_back(inside ? 100.5F + static_cast<float>(i) : 10.F);
+                }
+        write_image(folder / "bar.nii.gz", labels);
+        write_image(folder / "grey.nii.gz", grey);
+        const auto run = livetet(folder, "mesh bar.nii.gz --cells hexahedra --tets 400 -o bar.h5");
+        EXPECT_EQ(run.status, 0) << run.err;
+    }
+
+    /// Held at x = 2 mm, pulled at x = 82 mm.
+    test::Outcome solve(const std::string& more, double pull_mm = 8,
+                        const std::string& options = "") const {
+        write_text(folder / "scene.yaml", scene(more, pull_mm));
+        return livetet(folder, "solve scene.yaml --json out.json" + options);
+    }
+    static std::string scene(const std::string& more, double pull_mm = 8) {
+        return fmt::format(R"(
+mesh: {{file: bar.h5}}
+image: grey.nii.gz
+materials: [{{young_Pa: 5000, poisson: 0.3, model: corotated}}]
+fix: [{{half_space_mm: [2.1, 0, 0, 1, 0, 0]}}]
+drive: [{{half_space_mm: [81.9, 0, 0, -1, 0, 0], displacement_mm: [{}, 0, 0]}}]
+solver: {{newton_tolerance: 1e-9, relative_tolerance: 1e-8}}
+output: {{file: out.h5}}
+{})",
+                           pull_mm, more);
+    }
+};
+
+/// Cut in two, either part goes with what holds it, and so does the image: between them is a gap of
+/// 8 mm that has no content, and no voxel of either part is lost.
+TEST(Cuts, APartedBarAndItsImageGoToBothSides) {
+    const CutBar bar;
+    const auto run = bar.solve("cuts: [{point_mm: [42, 0, 0], normal: [1, 0, 0]}]\n");
+    ASSERT_EQ(run.status, 0) << run.err;
+    EXPECT_NE(run.err.find("25 nodes doubled; the body is in 2 pieces"), std::string::npos)
+        << run.err;
+    const ResultReader result(bar.folder / "out.h5");
+    const TetMesh& mesh = result.mesh();
+    const auto u = result.displacement(0);
+    EXPECT_EQ(mesh.nodes.size(), 21U * 25 + 25);
+    ASSERT_EQ(mesh.hexahedra.size(), 320U);
+    for (const Hexahedron& cell : mesh.hexahedra)
+        for (const std::int32_t n : cell) {
+            const double moved = mesh.nodes[cell[0]].x() < 0.0419 ? 0 : 0.008;
+            ASSERT_NEAR(u[n].x(), moved, 1e-9);
+        }
+    ASSERT_EQ(livetet(bar.folder, "warp out.h5 -o warped.nii.gz --empty -1").status, 0);
+    const GreyImage warped = grey_image(read_volume(bar.folder / "warped.nii.gz"), "warped");
+    for (int i = 2; i < 90; ++i)
+        for (const int j : {2, 9, 17}) {
+            const double expected = i < 42 ? 100.5 + i : i < 50 ? -1 : 100.5 + i - 8;
+            EXPECT_NEAR(warped.at(i, j, 9), expected, 0.01) << i << ", " << j;
+        }
+}
+
+/// A slit inside opens: the gap in the image is as wide as the lips part, and the tissue above and
+/// below it is whole.
+TEST(Cuts, ASlitOpensInTheWarpedImage) {
+    const CutBar bar;
+    ASSERT_EQ(bar.solve("cuts: [{point_mm: [42, 10, 10], edges_mm: [0, 40, 0, 0, 0, 9]}]\n").status,
+              0);
+    const ResultReader result(bar.folder / "out.h5");
+    const TetMesh& mesh = result.mesh();
+    const auto u = result.displacement(0);
+    // Of the lips' nodes at the middle of y, by z.
+    std::map<int, std::pair<double, double>> lips;
+    for (const Hexahedron& cell : mesh.hexahedra)
+        for (const std::int32_t n : cell) {
+            const Vector3 x = 1e3 * mesh.nodes[n];
+            if (std::abs(x.x() - 42) > 0.1 || std::abs(x.y() - 10) > 0.1) continue;
+            auto& [left, right] = lips[static_cast<int>(std::lround(x.z()))];
+            (mesh.nodes[cell[0]].x() < 0.0419 ? left : right) = 1e3 * u[n].x();
+        }
+    const double gap = lips.at(10).second - lips.at(10).first;
+    EXPECT_GT(gap, 0.5);
+    for (const int z : {2, 6, 14, 18}) EXPECT_EQ(lips.at(z).first, lips.at(z).second) << z;
+    ASSERT_EQ(livetet(bar.folder, "warp out.h5 -o warped.nii.gz --empty -1").status, 0);
+    const GreyImage warped = grey_image(read_volume(bar.folder / "warped.nii.gz"), "warped");
+    const auto empty_along = [&](int k) {
+        int count = 0;
+        for (int i = 20; i < 70; ++i) count += warped.at(i, 9, k) == -1;
+        return count;
+    };
+    // At z = 9.5 mm, an eighth of the way from the widest place to the slit's end.
+    EXPECT_NEAR(empty_along(9), 0.875 * gap, 1);
+    EXPECT_GT(empty_along(9), 0);
+    for (const int k : {4, 15}) EXPECT_EQ(empty_along(k), 0) << k;
+}
+
+/// A file of triangles cuts as the plane that it lies in.
+TEST(Cuts, ASurfaceFileCutsAsItsPlane) {
+    const CutBar bar;
+    TriangleMesh plane;
+    for (const double y : {-30.0, 50.0})
+        for (const double z : {-30.0, 50.0})
+            plane.nodes.emplace_back(0.043 + y / 2e4, y / 1e3, z / 1e3);
+    plane.triangles = {{0, 1, 3}, {0, 3, 2}};
+    write_surface(bar.folder / "ras.stl", plane, Space::ras);
+    write_surface(bar.folder / "lps.vtk", plane, Space::lps);
+    const auto cells = [&](const std::string& cut) {
+        const auto run = bar.solve(cut);
+        EXPECT_EQ(run.status, 0) << run.err;
+        return ResultReader(bar.folder / "out.h5").mesh().hexahedra;
+    };
+    const auto expected = cells("cuts: [{point_mm: [43, 0, 0], normal: [1, -0.05, 0]}]\n");
+    EXPECT_EQ(cells("cuts: [{file: ras.stl}]\n"), expected);
+    EXPECT_EQ(cells("cuts: [{file: lps.vtk, space: lps}]\n"), expected);
+    EXPECT_NE(cells("cuts: [{point_mm: [51, 0, 0], normal: [1, 0, 0]}]\n"), expected);
+}
+
+constexpr const char* end_cut = "cuts: [{point_mm: [42, 0, 0], normal: [1, 0, 0]}]\n";
+
+/// A bar that is held at one end and not pulled: what becomes of the other end.
+std::string held_alone(const std::string& more) {
+    return fmt::format(R"(
+mesh: {{file: bar.h5}}
+materials: [{{young_Pa: 5000, poisson: 0.3, density_kg_per_m3: 1000}}]
+fix: [{{half_space_mm: [2.1, 0, 0, 1, 0, 0]}}]
+gravity_m_per_s2: [0, 0, -1]
+output: {{file: out.h5}}
+{}{})",
+                       end_cut, more);
+}
+
+TEST(Cuts, AFreePieceIsRefusedLeftOutOrKeptAtRest) {
+    const CutBar bar;
+    write_text(bar.folder / "scene.yaml", held_alone(""));
+    expect_refused(livetet(bar.folder, "solve scene.yaml"),
+                   {"cuts: free 1 piece", "10.24 ml at (62.0, 10.0, 10.0) mm",
+                    "free_pieces: leave_out or keep"});
+    EXPECT_FALSE(std::filesystem::exists(bar.folder / "out.h5"));
+
+    write_text(bar.folder / "scene.yaml", held_alone("free_pieces: leave_out\n"));
+    auto run = livetet(bar.folder, "solve scene.yaml --json out.json");
+    ASSERT_EQ(run.status, 0) << run.err;
+    EXPECT_NE(run.err.find("10.24 ml"), std::string::npos) << run.err;
+    EXPECT_EQ(nlohmann::json::parse(text_of(bar.folder / "out.json"))["hexahedra"], 160);
+    const ResultReader left(bar.folder / "out.h5");
+    const auto alone = left.displacement(0);
+    EXPECT_EQ(alone.size(), 11U * 25);
+
+    write_text(bar.folder / "scene.yaml", held_alone("free_pieces: keep\n"));
+    run = livetet(bar.folder, "solve scene.yaml --json out.json");
+    ASSERT_EQ(run.status, 0) << run.err;
+    EXPECT_NE(run.err.find("keep their place at rest"), std::string::npos) << run.err;
+    const ResultReader kept(bar.folder / "out.h5");
+    const auto u = kept.displacement(0);
+    double largest = 0;
+    for (std::size_t e = 0; e < kept.mesh().hexahedra.size(); ++e)
+        for (const std::int32_t n : kept.mesh().hexahedra[e]) {
+            const bool is_kept = kept.mesh().nodes[kept.mesh().hexahedra[e][0]].x() > 0.0419;
+            ASSERT_TRUE(!is_kept || u[n].norm() == 0);
+            largest = std::max(largest, u[n].norm());
+        }
+    double largest_alone = 0;
+    for (const Vector3& x : alone) largest_alone = std::max(largest_alone, x.norm());
+    EXPECT_NEAR(largest, largest_alone, 1e-3 * largest);
+    EXPECT_GT(largest, 1e-4);
+    // The weight of half the bar, 10.24 g, that nothing carries.
+    const auto forces = nlohmann::json::parse(text_of(bar.folder / "out.json"))["reactions_N"];
+    EXPECT_NEAR(forces["free_pieces"][2].get<double>(), 0.01024, 1e-6) << forces;
+}
+
+/// In a dynamic scene a piece that is kept falls: by g t^2 / 2, whole.
+TEST(Cuts, AKeptPieceFallsInADynamicScene) {
+    const CutBar bar;
+    write_text(bar.folder / "scene.yaml",
+               held_alone("free_pieces: keep\n"
+                          "time: {scheme: newmark, step_s: 0.01, duration_s: 0.1}\n"));
+    const auto run = livetet(bar.folder, "solve scene.yaml");
+    ASSERT_EQ(run.status, 0) << run.err;
+    const ResultReader result(bar.folder / "out.h5");
+    const auto u = result.displacement(result.frame_count() - 1);
+    for (const Hexahedron& cell : result.mesh().hexahedra)
+        for (const std::int32_t n : cell)
+            if (result.mesh().nodes[cell[0]].x() > 0.0419) {
+                ASSERT_LT((u[n] - Vector3(0, 0, -0.005)).norm(), 1e-5);
+            }
+}
+
+TEST(Cuts, BadInputIsOneLineAndWritesNothing) {
+    const CutBar bar;
+    struct Case {
+        const char* cuts;
+        std::initializer_list<std::string> parts;
+    };
+    const Case cases[] = {
+        {"cuts: [{point_mm: [200, 0, 0], normal: [1, 0, 0]}]\n",
+         {"cuts[0]: crosses no pair", "(82.0, 18.0, 18.0) mm", "4 x 4 x 4 mm"}},
+        {"cuts: [{point_mm: [42, 10, 10], normal: [1, 0, 0], radius_mm: 0.5}]\n",
+         {"cuts[0]: crosses no pair"}},
+        {"cuts: [{point_mm: [42, 8, 8], normal: [1, 0, 0], radius_mm: 0.5}]\n",
+         {"cuts: cross 1 link", "too few to open a gap"}},
+        {"cuts: [{point_mm: [42, 8, 8], normal: [1, 0, 0], radius_mm: 0}]\n",
+         {"radius_mm", "greater than 0"}},
+        {"cuts: [{point_mm: [42, 8, 8], normal: [0, 0, 0]}]\n",
+         {"cuts[0].normal = (0, 0, 0) has no direction", "scene.yaml:"}},
+        {"cuts: [{point_mm: [42, 8, 8], edges_mm: [1, 0, 0, 2, 0, 0]}]\n",
+         {"cuts[0].edges_mm", "span no area"}},
+        {"cuts: [{point_mm: [42, 8, 8], edges_mm: [1, 0, 0]}]\n",
+         {"cuts[0].edges_mm has 3 numbers, expected 6"}},
+        {"cuts: [{point_mm: [42, 8, 8]}]\n", {"cuts[0] names neither of normal and edges_mm"}},
+        {"cuts: [{normal: [1, 0, 0]}]\n", {"cuts[0].point_mm is missing"}},
+        {"cuts: [{}]\n", {"cuts[0] names neither of a plane and a file"}},
+        {"cuts: [{file: nothing.stl}]\n", {"nothing.stl"}},
+        {"free_pieces: keep\n", {"free_pieces: applies to what cuts free"}},
+        {"cuts: [{point_mm: [42, 0, 0], normal: [1, 0, 0]}]\nfix: []\ndrive: []\n",
+         {"cuts: free the whole body: of its 2 pieces none"}},
+    };
+    for (const Case& c : cases) {
+        std::string text = CutBar::scene(c.cuts);
+        if (std::string(c.cuts).find("drive: []") != std::string::npos)
+            for (const char* key : {"fix", "drive"}) {  // the first of each
+                const auto at = text.find(fmt::format("\n{}:", key));
+                text.erase(at, text.find('\n', at + 1) - at);
+            }
+        write_text(bar.folder / "scene.yaml", text);
+        expect_refused(livetet(bar.folder, "solve scene.yaml"), c.parts);
+        EXPECT_FALSE(std::filesystem::exists(bar.folder / "out.h5")) << c.cuts;
+    }
+    // Tetrahedra, before they are meshed.
+    write_text(bar.folder / "scene.yaml",
+               "mesh: {file: bar.nii.gz}\noutput: {file: out.h5}\n" + std::string(end_cut));
+    expect_refused(livetet(bar.folder, "solve scene.yaml"),
+                   {"cuts: mesh.file = ", "tetrahedra, expected hexahedra"});
+}
+
+/// A study over the radius of a disc: the deeper the cut, the less energy the pull takes.
+TEST(Cuts, AStudyVariesACut) {
+    const CutBar bar;
+    write_text(bar.folder / "scene.yaml",
+               CutBar::scene("cuts: [{point_mm: [42, 2, 2], normal: [1, 0, 0], radius_mm: 6}]\n"));
+    write_text(bar.folder / "study.yaml",
+               "scene: scene.yaml\noutput: study.h5\n"
+               "vary: [{key: \"cuts[0].radius_mm\", values: [6, 10, 14]}]\n");
+    const auto run = livetet(bar.folder, "study study.yaml");
+    ASSERT_EQ(run.status, 0) << run.err;
+    std::istringstream table(text_of(bar.folder / "study.csv"));
+    std::string header, line;
+    std::getline(table, header);
+    const auto column = std::count(
+        header.begin(),
+        header.begin() + static_cast<std::ptrdiff_t>(header.find("strain_energy_mJ")), ',');
+    std::vector<double> energies;
+    while (std::getline(table, line)) {
+        std::istringstream cells(line);
+        std::string cell;
+        for (std::ptrdiff_t c = 0; c <= column; ++c) std::getline(cells, cell, ',');
+        energies.push_back(std::stod(cell));
+    }
+    ASSERT_EQ(energies.size(), 3U);
+    EXPECT_GT(energies[0], energies[1]);
+    EXPECT_GT(energies[1], energies[2]);
+}
+
+}  // namespace
+}  // namespace livetet
