@@ -3,6 +3,9 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
+#include <utility>
 
 #include "base/error.hpp"
 
@@ -70,6 +73,33 @@ void add_outer_nodes(std::vector<Vector3>& nodes, std::span<const Triangle> surf
         nodes.push_back(nodes[n] + thickness * normals[n].normalized());
 }
 
+/// Removes triangles that lie on another one at rest: the two sides of a cut. Beyond them is the
+/// body itself, which a rind would draw into the gap.
+void remove_cut_faces(const TetMesh& mesh, std::vector<Triangle>& surface) {
+    using Place = std::array<double, 3>;
+    using Face = std::array<Place, 3>;
+    std::vector<std::pair<Face, std::size_t>> faces;
+    faces.reserve(surface.size());
+    for (std::size_t t = 0; t < surface.size(); ++t) {
+        Face face;
+        for (int i = 0; i < 3; ++i) {
+            const Vector3& x = mesh.nodes[surface[t][i]];
+            face[i] = {x[0], x[1], x[2]};
+        }
+        std::sort(face.begin(), face.end());
+        faces.emplace_back(face, t);
+    }
+    std::sort(faces.begin(), faces.end());
+    std::vector<std::uint8_t> is_cut(surface.size(), 0);
+    for (std::size_t i = 1; i < faces.size(); ++i)
+        if (faces[i].first == faces[i - 1].first)
+            is_cut[faces[i].second] = is_cut[faces[i - 1].second] = 1;
+    std::vector<Triangle> kept;
+    for (std::size_t t = 0; t < surface.size(); ++t)
+        if (!is_cut[t]) kept.push_back(surface[t]);
+    surface = std::move(kept);
+}
+
 }  // namespace
 
 BodyMotion body_motion(const TetMesh& mesh, std::span<const Vector3> displacement, double rind) {
@@ -80,7 +110,8 @@ BodyMotion body_motion(const TetMesh& mesh, std::span<const Vector3> displacemen
     motion.own = motion.tets.size();
     for (std::size_t n = 0; n < mesh.nodes.size(); ++n) motion.deformed[n] += displacement[n];
     if (rind <= 0) return motion;
-    const std::vector<Triangle> surface = boundary_triangles(motion.tets);
+    std::vector<Triangle> surface = boundary_triangles(motion.tets);
+    if (!mesh.hexahedra.empty()) remove_cut_faces(mesh, surface);  // other meshes have no cuts
     const std::vector<std::int32_t> inner = nodes_of(surface);
     std::vector<std::int32_t> outer_of(mesh.nodes.size(), -1);
     for (std::size_t i = 0; i < inner.size(); ++i)

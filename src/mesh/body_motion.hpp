@@ -19,8 +19,9 @@ struct BodyMotion {
 ///
 /// A rind, `rind` metres thick along the surface normals (0: none), surrounds the body at rest and
 /// deformed: half of the voxels that the surface runs through have their centres outside of the
-/// mesh. A rigid motion moves the rind rigidly with the body. Throws Error unless there is one
-/// displacement a node.
+/// mesh. A rigid motion moves the rind rigidly with the body. The two sides of a grid's cut, which
+/// lie on each other at rest, have no rind, so that the gap is as wide as they part. Throws Error
+/// unless there is one displacement a node.
 BodyMotion body_motion(const TetMesh& mesh, std::span<const Vector3> displacement, double rind);
 
 /// b - a for each node.
