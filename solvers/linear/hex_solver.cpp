@@ -9,8 +9,9 @@ namespace livetet {
 
 namespace {
 
-/// The coarsest level has no more cells, unless coarsening brings no fewer.
-constexpr std::size_t cells_to_factor = 300;
+/// The coarsest level has no more cells, unless coarsening brings no fewer. Levels whose cells are
+/// as wide as the bridge of a body cut nearly through are too stiff there: the fewer the better.
+constexpr std::size_t cells_to_factor = 600;
 
 HexCells cells_of(const TetMesh& mesh, const LevelAssembler& level) {
     HexCells cells;
