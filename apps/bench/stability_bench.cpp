@@ -36,12 +36,14 @@ struct StabilityArguments {
 constexpr std::array schemes{TimeScheme::static_equilibrium, TimeScheme::implicit_euler,
                              TimeScheme::newmark, TimeScheme::generalized_alpha};
 constexpr std::array scheme_names{"static", "euler", "newmark", "generalized_alpha"};
-constexpr std::array way_names{"solve", "track", "track P2", "plain", "plain P2"};
+constexpr std::array way_names{"solve",    "track",     "track P2",       "plain",
+                               "plain P2", "hexahedra", "hexahedra Q1-P0"};
 constexpr std::array verdict_names{"pass", "fail", "refused", "left out"};
 
 std::vector<StabilityColumn> columns(bool plain) {
     std::vector<StabilityColumn> all;
-    std::vector<SteppedAs> ways{SteppedAs::solve, SteppedAs::track, SteppedAs::track_p2};
+    std::vector<SteppedAs> ways{SteppedAs::solve, SteppedAs::track, SteppedAs::track_p2,
+                                SteppedAs::hexahedra, SteppedAs::hexahedra_mixed};
     if (plain) ways.insert(ways.end(), {SteppedAs::plain, SteppedAs::plain_p2});
     for (const SteppedAs way : ways)
         for (const ModelChoice& strain : ModelChoice::alternatives())
@@ -253,7 +255,7 @@ void draw(const std::filesystem::path& path, const std::vector<Row>& rows,
 #endif
 
 /// Every stability case in every strain model and scheme, as `solve` and as `track` step them, the
-/// latter with four-node and ten-node tets:
+/// latter with four-node and ten-node tets, and as `solve` steps hexahedra:
 /// matrix, files, picture. Returns the exit status: 1 where a cell fails that is not a known limit.
 int bench_stability(const StabilityArguments& a) {
     PetscSession session("livetet", {});
@@ -280,15 +282,16 @@ int bench_stability(const StabilityArguments& a) {
             rows.push_back({trials[r], {}});
             const bool is_long =
                 trials[r].motion == PatchMotion::noise;  // as many frames as take long on any mesh
-            const MeshHierarchy hierarchy =
-                stability_mesh(trials[r], is_long             ? 2
-                                          : trials[r].is_fine ? a.fine_cells
-                                                              : a.cells);
+            const int cells = is_long ? 2 : trials[r].is_fine ? a.fine_cells : a.cells;
+            const MeshHierarchy hierarchy = stability_mesh(trials[r], cells);
+            const MeshHierarchy grid =
+                trials[r].is_of_tets() ? MeshHierarchy{} : stability_grid(trials[r], cells);
             for (std::size_t k = 0; k < all.size(); ++k) {
                 progress.update(static_cast<double>(r * all.size() + k) /
                                     static_cast<double>(trials.size() * all.size()),
                                 fmt::format("{}: {}", name_of(trials[r]), name_of(all[k])));
-                rows.back().cells.push_back(run_stability(trials[r], all[k], hierarchy, limits));
+                rows.back().cells.push_back(run_stability(
+                    trials[r], all[k], is_of_hexahedra(all[k].way) ? grid : hierarchy, limits));
                 if (!a.csv.empty())
                     write_text_file(a.csv, csv_text(rows, all));  // what hours have told stays told
             }
@@ -318,7 +321,8 @@ void add_stability_benchmark(CLI::App& bench, int& status) {
     CLI::App* command = bench.add_subcommand(
         "stability",
         "Stiff and extreme cases with every constitutive model and time scheme, stepped as solve "
-        "and as track step them, judged by rule; exit status 1 if one fails that is not a known "
+        "and as track step them, on tetrahedra and hexahedra, judged by rule; exit status 1 if one "
+        "fails that is not a known "
         "limit");
     auto a = std::make_shared<StabilityArguments>();
     command->add_option("--cells", a->cells, "cells along the height of the box")

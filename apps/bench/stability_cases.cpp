@@ -11,6 +11,7 @@
 #include "apps/verification/meshes.hpp"
 #include "base/error.hpp"
 #include "geometry/transform.hpp"
+#include "mesh/hex_cut.hpp"
 #include "meshing/quality.hpp"
 
 namespace livetet {
@@ -137,6 +138,8 @@ std::vector<StabilityCase> stability_cases() {
     add("held by", "one node", [](StabilityCase& c) { c.held = HeldBy::node; });
     add("deep press", "on ten-node tets",
         [](StabilityCase& c) { c.motion = PatchMotion::deep_press, c.is_fine = true; });
+    vary("cut, share of the height", {0.5, 0.7},
+         [](StabilityCase& c, double v) { c.cut_share = v; });
     add("noise", "of 1.4 mm", [](StabilityCase& c) { c.motion = PatchMotion::noise; });
     return cases;
 }
@@ -164,6 +167,44 @@ MeshHierarchy stability_mesh(const StabilityCase& c, int cells) {
         levels.push_back(std::move(mesh));
     }
     return make_hierarchy(std::move(levels), "stability");
+}
+
+MeshHierarchy stability_grid(const StabilityCase& c, int cells) {
+    std::vector<HexPlace> places;
+    std::vector<HexLink> links;
+    const HexPlace size{2 * cells, cells, cells};
+    const HexPlace steps{1, size[0], size[0] * size[1]};
+    for (int k = 0; k < size[2]; ++k)
+        for (int j = 0; j < size[1]; ++j)
+            for (int i = 0; i < size[0]; ++i) {
+                const auto cell = static_cast<std::int32_t>(places.size());
+                places.push_back({i, j, k});
+                for (int d = 0; d < 3; ++d)
+                    if (places.back()[d] + 1 < size[d]) links.push_back({cell, cell + steps[d], d});
+            }
+    HexLevel level = make_hex_level(std::move(places), std::move(links));
+    TetMesh mesh;
+    mesh.nodes.resize(static_cast<std::size_t>(level.nodes));
+    for (std::size_t e = 0; e < level.cells.size(); ++e)
+        for (int corner = 0; corner < 8; ++corner)
+            for (int d = 0; d < 3; ++d)
+                mesh.nodes[level.cells[e][corner]][d] =
+                    extent[d] * (level.places[e][d] + (corner >> d & 1)) / size[d];
+    mesh.hexahedra = level.cells;
+    mesh.shares.assign(mesh.hexahedra.size(), 1);
+    mesh.tets = tets_of_hexahedra(mesh.hexahedra);
+    for (const HexPlace& place : level.places)
+        mesh.regions.insert(mesh.regions.end(), tets_per_hexahedron,
+                            2 * place[2] + 1 < cells ? 1 : 2);
+    if (c.cut_share > 0) {
+        PlanePatch patch{extent / 2, Vector3::UnitX()};
+        patch.point.z() = 0;
+        patch.edges = {2 * extent.y() * Vector3::UnitY(),
+                       2 * c.cut_share * extent.z() * Vector3::UnitZ()};
+        mesh = without_links(mesh, level,
+                             crossed_links(level, grid_frame(mesh, level), patch, "stability"));
+    }
+    return make_hierarchy({std::move(mesh)}, "stability");
 }
 
 Scene stability_scene(const StabilityCase& c, const ModelChoice& strain, TimeScheme scheme,

@@ -26,10 +26,13 @@ struct StabilityCase {
     PatchMotion motion = PatchMotion::press;
     StartState start = StartState::rest;
     HeldBy held = HeldBy::face;
+    double cut_share = 0;  ///< of the height, from below, that is cut in the middle of the length
     /// Of many ten-node tets. Such a case is tried as a static `solve` alone: any other column
     /// would take hours.
     bool is_fine = false;
 
+    /// Whether it is about tets: their shape or number.
+    bool is_of_tets() const { return is_fine || edge_ratio != 1 || min_dihedral_deg != 0; }
     /// The steps in which the patch is driven.
     int driven_steps(int noise_frames) const;
     /// First bending period of the softer half as a clamped beam, s.
@@ -41,6 +44,10 @@ std::vector<StabilityCase> stability_cases();
 /// The case's box on two levels, `cells` along its height on the finer one. Throws Error where the
 /// tets cannot be made as flat as asked.
 MeshHierarchy stability_mesh(const StabilityCase& c, int cells);
+
+/// The case's box as a grid of hexahedra, `cells` along its height, with its cut. The case is not
+/// one of tets.
+MeshHierarchy stability_grid(const StabilityCase& c, int cells);
 
 /// Materials and fixed nodes of a case as a scene's, of one constitutive model, for one of the
 /// schemes.

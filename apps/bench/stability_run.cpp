@@ -99,6 +99,9 @@ class Trial {
         Scene scene = stability_scene(c, column.strain, column.scheme, mesh);
         if (has_ten_nodes(column.way)) scene.elements = Elements::p2;
         if (is_plain(column.way)) scene.solver.kind = SolverKind::multigrid;
+        if (is_of_hexahedra(column.way))
+            scene.formulation =
+                column.way == SteppedAs::hexahedra ? Formulation::displacement : Formulation::mixed;
         return scene;
     }
     bool is_tracked() const { return makes_frames(column_.way); }
@@ -252,8 +255,10 @@ StabilityCell run_once(const StabilityCase& c, const StabilityColumn& column,
 StabilityCell run_stability(const StabilityCase& c, const StabilityColumn& column,
                             const MeshHierarchy& hierarchy, const StabilityLimits& limits) {
     StabilityCell cell;
-    if (c.is_fine &&
-        (column.way != SteppedAs::solve || column.scheme != TimeScheme::static_equilibrium)) {
+    const bool takes_long = c.is_fine && (column.way != SteppedAs::solve ||
+                                          column.scheme != TimeScheme::static_equilibrium);
+    const bool cannot_be = is_of_hexahedra(column.way) ? c.is_of_tets() : c.cut_share > 0;
+    if (takes_long || cannot_be) {
         cell.verdict = Verdict::left_out;
         return cell;
     }

@@ -8,10 +8,14 @@ namespace livetet {
 
 /// As `solve` steps a scene, each step to its tolerance; or as `track` does, one Newton iteration a
 /// frame until its deadline, with four-node or ten-node tets. `plain`: the same frames by a solver
-/// in double precision, as the counterpart of the live solver's.
-enum class SteppedAs { solve, track, track_p2, plain, plain_p2 };
+/// in double precision, as the counterpart of the live solver's. `hexahedra`: as `solve` on a grid,
+/// by displacements (Q1); `hexahedra_mixed`: in the mixed form (Q1-P0).
+enum class SteppedAs { solve, track, track_p2, plain, plain_p2, hexahedra, hexahedra_mixed };
 
-inline bool makes_frames(SteppedAs way) { return way != SteppedAs::solve; }
+inline bool is_of_hexahedra(SteppedAs way) {
+    return way == SteppedAs::hexahedra || way == SteppedAs::hexahedra_mixed;
+}
+inline bool makes_frames(SteppedAs way) { return way != SteppedAs::solve && !is_of_hexahedra(way); }
 inline bool is_plain(SteppedAs way) {
     return way == SteppedAs::plain || way == SteppedAs::plain_p2;
 }
@@ -47,8 +51,10 @@ struct StabilityLimits {
     double budget_s = 0.01;      ///< of a frame of `track`
 };
 
-/// Runs a case on its mesh and judges it. In order, and by the first that does not hold:
-/// - left out: the column would take hours (StabilityCase::is_fine);
+/// Runs a case on its mesh, of tets or hexahedra as the column is, and judges it. In order, and by
+/// the first that does not hold:
+/// - left out: the column would take hours (StabilityCase::is_fine), or its mesh cannot be what the
+///   case is about: tets have no cuts, and hexahedra are all alike;
 /// - refused: the scene is refused as `solve` or `track` would;
 /// - finite: no step is given up, no node is farther than 1.5 m from its place at rest;
 /// - solved (`solve`): every step meets its tolerance, in parts where `solve` takes it in parts,

@@ -30,14 +30,14 @@ json cells_of(const Folder& folder, const std::string& options, int status = 0) 
 TEST(Stability, WhatAnythingShouldStandPassesInEveryModelAndScheme) {
     const Folder folder;
     const json cells = cells_of(folder, "--only \"ratio 0.3\"");
-    ASSERT_EQ(cells.size(), 3u * 6 * 4);
+    ASSERT_EQ(cells.size(), 5u * 6 * 4);
     for (const json& c : cells) {
         EXPECT_EQ(c.at("verdict"), "pass") << c.dump();
         EXPECT_GT(c.at("steps"), 10);
         EXPECT_LT(c.at("left"), 0.02);
     }
     const std::string csv = text_of(folder / "s.csv");
-    EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 73);
+    EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 121);
 }
 
 TEST(Stability, ABodyThatNothingHoldsInARotationIsRefusedWhereItIsStatic) {
@@ -59,7 +59,8 @@ TEST(Stability, WhatDoesNotComeHomeFailsWithItsRuleAndReason) {
         if (c.at("strain") == "linear") {
             EXPECT_EQ(c.at("verdict"), "pass") << c.dump();
         }
-        if (c.at("strain") != "green") continue;
+        const bool is_of_hexahedra = c.at("stepped_as").get<std::string>().starts_with("hexa");
+        if (c.at("strain") != "green" || is_of_hexahedra) continue;
         EXPECT_EQ(c.at("verdict"), "fail") << c.dump();
         const std::string reason = c.at("reason");
         EXPECT_TRUE(reason.starts_with("rest:") || reason.starts_with("energy:") ||
@@ -116,12 +117,24 @@ TEST(Stability, ACaseThatThereIsNotIsRefused) {
 TEST(Stability, FramesOfEveryModelAreTheLiveSolversWithFourAndWithTenNodes) {
     const Folder folder;
     const json cells = cells_of(folder, "--only \"ratio 0.45\" --column static");
-    ASSERT_EQ(cells.size(), 3u * 6);
+    ASSERT_EQ(cells.size(), 5u * 6);
     for (const json& c : cells) {
         const bool is_live =
             c.at("solver").get<std::string>().find("single precision") != std::string::npos;
-        EXPECT_EQ(is_live, c.at("stepped_as") != "solve") << c.dump();
+        EXPECT_EQ(is_live, c.at("stepped_as").get<std::string>().starts_with("track")) << c.dump();
         EXPECT_EQ(c.at("verdict"), "pass") << c.dump();
+    }
+}
+
+/// A slit from below under the pressed patch: what is left of the section carries the press, and
+/// comes home. Tets are not cut.
+TEST(Stability, CutGridsOfHexahedraStandThePress) {
+    const Folder folder;
+    const json cells = cells_of(folder, "--cells 4 --only \"cut, share\" --column hookean");
+    ASSERT_EQ(cells.size(), 2u * 5 * 4);
+    for (const json& c : cells) {
+        const bool is_of_hexahedra = c.at("stepped_as").get<std::string>().starts_with("hexa");
+        EXPECT_EQ(c.at("verdict"), is_of_hexahedra ? "pass" : "left out") << c.dump();
     }
 }
 
