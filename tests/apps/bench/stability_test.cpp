@@ -32,6 +32,12 @@ TEST(Stability, WhatAnythingShouldStandPassesInEveryModelAndScheme) {
     const json cells = cells_of(folder, "--only \"ratio 0.3\"");
     ASSERT_EQ(cells.size(), 5u * 6 * 4);
     for (const json& c : cells) {
+        if (!c.at("known_limit").get<std::string>().empty()) {
+            // Fibres on moving grids alone.
+            EXPECT_EQ(c.at("strain"), "holzapfel_gasser_ogden") << c.dump();
+            EXPECT_TRUE(c.at("stepped_as").get<std::string>().starts_with("hexa")) << c.dump();
+            continue;
+        }
         EXPECT_EQ(c.at("verdict"), "pass") << c.dump();
         EXPECT_GT(c.at("steps"), 10);
         EXPECT_LT(c.at("left"), 0.02);
