@@ -1,6 +1,8 @@
 #include "mesh/geodesic.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
 #include <queue>
 #include <utility>
@@ -86,6 +88,59 @@ class PointGraph {
     std::map<std::pair<std::int32_t, std::int32_t>, std::int32_t> edges_;
 };
 
+/// Distances of step 1 are too large by less than this share; those of step 2 that are smaller are
+/// not taken: the surface is curved or folded there, or its triangles are slivers.
+constexpr double max_excess = 0.02;
+
+/// Distance of corner c of a triangle, if those of a and b are known: with the source at s in the
+/// triangle's plane, on the other side of the edge ab, |s - a| = of_a and |s - b| = of_b, it is
+/// |s - c|. Infinite if the line from s to c does not cross that edge, or if there is no such s.
+double unfolded_distance(const Vector3& a, const Vector3& b, const Vector3& c, double of_a,
+                         double of_b) {
+    constexpr double none = std::numeric_limits<double>::infinity();
+    const double ab = (b - a).norm();
+    if (!(ab > 0)) return none;
+    // In the plane: a = (0, 0), b = (ab, 0), c = (cx, cy), s = (sx, -sy).
+    const double cx = (c - a).dot(b - a) / ab;
+    const double cy = std::sqrt(std::max(0.0, (c - a).squaredNorm() - cx * cx));
+    const double sx = (of_a * of_a - of_b * of_b + ab * ab) / (2 * ab);
+    const double below = of_a * of_a - sx * sx;
+    if (below < 0 || !(cy > 0)) return none;
+    const double sy = std::sqrt(below), crossing = sx + (cx - sx) * sy / (sy + cy);
+    return crossing >= 0 && crossing <= ab ? std::hypot(cx - sx, cy + sy) : none;
+}
+
+/// Step 2: lowers `distances`, which hold those of step 1.
+void unfold(std::span<const Vector3> nodes, std::span<const Triangle> triangles,
+            std::map<std::int32_t, double>& distances) {
+    struct Update {
+        std::array<std::int32_t, 3> corners;  ///< the last is the one that is updated
+        std::array<double*, 3> distance;
+        double far;  ///< the last one's distance of step 1
+    };
+    std::vector<Update> updates;
+    for (const Triangle& t : triangles)
+        for (int k = 0; k < 3; ++k) {
+            const std::array<std::int32_t, 3> corners{t[(k + 1) % 3], t[(k + 2) % 3], t[k]};
+            Update update{corners, {}, 0};
+            for (int i = 0; i < 3; ++i)
+                if (const auto at = distances.find(corners[i]); at != distances.end())
+                    update.distance[i] = &at->second;
+            if (std::ranges::count(update.distance, nullptr) > 0) continue;
+            update.far = *update.distance[2];
+            updates.push_back(update);
+        }
+    std::ranges::sort(updates, {}, &Update::far);
+    // In order of distance, as a front passes; again where an obtuse corner is reached too early.
+    constexpr int passes = 3;
+    for (int pass = 0; pass < passes; ++pass)
+        for (const auto& [c, distance, first] : updates) {
+            const double length = unfolded_distance(nodes[c[0]], nodes[c[1]], nodes[c[2]],
+                                                    *distance[0], *distance[1]);
+            if (length < *distance[2] && length >= (1 - max_excess) * first) *distance[2] = length;
+        }
+}
+
 }  // namespace
 
 std::map<std::int32_t, double> distances_on_surface(std::span<const Vector3> nodes,
@@ -96,9 +151,13 @@ std::map<std::int32_t, double> distances_on_surface(std::span<const Vector3> nod
     for (const Triangle& t : triangles) {
         const Vector3 &a = nodes[t[0]], &b = nodes[t[1]], &c = nodes[t[2]];
         const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
-        if ((a - from.place).norm() <= radius + longest) near.push_back(t);
+        if ((a - from.place).norm() <= radius / (1 - max_excess) + longest) near.push_back(t);
     }
-    return PointGraph(nodes, near).distances(0, from.place, radius);
+    std::map<std::int32_t, double> distances =
+        PointGraph(nodes, near).distances(0, from.place, radius / (1 - max_excess));
+    unfold(nodes, near, distances);
+    std::erase_if(distances, [&](const auto& of_node) { return of_node.second > radius; });
+    return distances;
 }
 
 }  // namespace livetet

@@ -15,10 +15,10 @@ struct SurfacePoint {
 };
 
 /// Nodes of a surface within `radius` (metres) of the point `from`, with their distances along the
-/// surface: lengths of shortest paths through the triangles. Paths cross edges at six points each
-/// (M. Lanthier, A. Maheshwari, J.-R. Sack, Approximating weighted shortest paths on polyhedral
-/// surfaces, 1997), so that a distance is never too small, and too large by less than 1 % for
-/// triangles without very small angles.
+/// surface, never too small on a plane. Shortest paths that cross edges at six points each leave up
+/// to 1 % too much (M. Lanthier, A. Maheshwari, J.-R. Sack, 1997); straight lines through unfolded
+/// triangles then take off what they can (M. Novotni, R. Klein, 2002): on a plane all but round-off
+/// for triangles that are not obtuse, on a curved surface more the smaller the triangles are.
 std::map<std::int32_t, double> distances_on_surface(std::span<const Vector3> nodes,
                                                     std::span<const Triangle> triangles,
                                                     const SurfacePoint& from, double radius);
