@@ -19,9 +19,9 @@ namespace {
 /// See with_neighbours.
 constexpr std::size_t samples_of_place = 7;
 
-/// On a larger mesh, the effect of ten-node elements is found on the next coarser level, where it
-/// is larger. It is taken to be of first order in the edges' length, as beside a patch's edge,
-/// where strains are singular; inside it falls faster.
+/// On a larger mesh, the effect of ten-node elements in place of four-node ones is found on the
+/// next coarser level, where it is larger. It is taken to be of first order in the edges' length,
+/// as beside a patch's edge, where strains are singular; inside it falls faster.
 constexpr std::size_t max_tets_for_p2 = 15000;
 
 /// The scene's body with small strain, at rest.
@@ -32,6 +32,8 @@ Scene linear_static(Scene scene) {
     scene.solver.max_iterations = SolverOptions{}.max_iterations;  // not a frame's
     return scene;
 }
+
+bool has_ten_nodes(const Scene& scene) { return scene.elements == Elements::p2; }
 
 /// Edge of a regular tet of the mesh's mean volume, m.
 double edge_of(const TetMesh& mesh) {
@@ -71,13 +73,16 @@ TargetResponses::TargetResponses(const Scene& scene, MeshHierarchy hierarchy,
     std::vector<FixOptions> fix = std::exchange(scene_.fix, {});  // listed in the work
     list_selected_nodes(scene_, mesh);
     scene_.fix = std::move(fix);
-    if (!places_.empty() && mesh.tets.size() > max_tets_for_p2 && hierarchy_.levels.size() > 1) {
+    const bool needs_coarse = has_ten_nodes(scene_) || mesh.tets.size() > max_tets_for_p2;
+    if (!places_.empty() && needs_coarse && hierarchy_.levels.size() > 1) {
         coarse_ = hierarchy_;
         coarse_.levels.erase(coarse_.levels.begin());
         coarse_.transfers.erase(coarse_.transfers.begin());
         if (!coarse_.parents.empty()) coarse_.parents.erase(coarse_.parents.begin());
-        const auto& next = coarse_.levels.front();
-        coarse_share_ = edge_of(mesh) / edge_of(next);
+        const double ratio = edge_of(mesh) / edge_of(coarse_.levels.front());
+        // Richardson: with an error c h, G_h - G_H = c (h - H), so that G - G_h is
+        // -h / (H - h) of G_H - G_h.
+        coarse_share_ = has_ten_nodes(scene_) ? -ratio / (1 - ratio) : ratio;
     }
     edge_ = edge_of(mesh);
     for (std::size_t i = 0; i < scene_.materials.size(); ++i)
@@ -86,20 +91,24 @@ TargetResponses::TargetResponses(const Scene& scene, MeshHierarchy hierarchy,
 }
 
 bool TargetResponses::knows_elements() const {
-    if (scene_.elements != Elements::p1 || lacking_.elements) return false;
-    if (hierarchy_.levels.front().tets.size() <= max_tets_for_p2) return true;
+    if (lacking_.elements) return false;
+    if (!has_ten_nodes(scene_) && hierarchy_.levels.front().tets.size() <= max_tets_for_p2)
+        return true;
     return !coarse_.levels.empty() && std::ranges::none_of(scene_.fix, [](const FixOptions& fix) {
         return fix.stiffness_N_per_m.has_value();
     });
 }
 
 void TargetResponses::warn_of_large_mesh() {
-    if (has_warned_ || scene_.elements != Elements::p1 || knows_elements()) return;
+    if (has_warned_ || knows_elements()) return;
     has_warned_ = true;
-    log_warning(fmt::format(
-        "error statement lacks elements: on a mesh of more than {} tets they are compared on the "
-        "next coarser level, and {}",
-        max_tets_for_p2, coarse_.levels.empty() ? "there is none" : "fix has springs"));
+    const std::string compared =
+        has_ten_nodes(scene_)
+            ? "those of ten nodes are compared with those on"
+            : fmt::format("on a mesh of more than {} tets they are compared on", max_tets_for_p2);
+    log_warning(fmt::format("error statement lacks elements: {} the next coarser level, and {}",
+                            compared,
+                            coarse_.levels.empty() ? "there is none" : "fix has springs"));
 }
 
 void TargetResponses::add_units(Variation variation, std::size_t value) {
@@ -140,7 +149,7 @@ void TargetResponses::start(std::vector<ResponsePatch> patches,
     if (places_.empty()) return;
     add_units(Variation::wider);
     if (knows_elements()) {
-        if (!coarse_.levels.empty()) add_units(Variation::coarse);
+        if (!coarse_.levels.empty() && !has_ten_nodes(scene_)) add_units(Variation::coarse);
         add_units(Variation::elements);
     }
     for (std::size_t i = 0; i < uncertain_materials_.size(); ++i) add_units(Variation::material, i);
@@ -246,7 +255,8 @@ void TargetResponses::set_up(const Unit& unit) {
     body_.reset();
     Scene scene = scene_;
     Use use = Use::track;
-    if (unit.variation == Variation::coarse && fine_of_coarse_.empty())
+    const bool on_coarse = is_on_coarse(unit.variation);
+    if (on_coarse && fine_of_coarse_.empty())
         fine_of_coarse_ = nearest_on_surface(coarse_.levels.front(), mesh);
     if (unit.variation == Variation::elements) {
         scene.elements = Elements::p2;
@@ -264,7 +274,6 @@ void TargetResponses::set_up(const Unit& unit) {
         variation_share_ = vary_fix(scene.fix[u.fix], u.value);
     }
     Holding held = scene_holding(scene, mesh);
-    const bool on_coarse = is_on_coarse(unit.variation);
     if (on_coarse) held = on_other_nodes(held, fine_of_coarse_);
     body_ = std::make_unique<ResponseBody>(scene, on_coarse ? coarse_ : hierarchy_, use, held,
                                            with_neighbours(places_, edge_ / 2));
@@ -311,7 +320,9 @@ void TargetResponses::solve(const Unit& unit) {
 }
 
 void TargetResponses::store(const Unit& unit, std::span<const Vector3> at_samples) {
-    const bool on_coarse = is_on_coarse(unit.variation);
+    // The elements' effect is taken from the coarse level's own response, or from the model's.
+    const bool from_coarse = unit.variation == Variation::elements &&
+                             is_on_coarse(unit.variation) && !has_ten_nodes(scene_);
     for (std::size_t i = 0; i < places_.size(); ++i) {
         PatchResponse& r = responses_[i * patches_.size() + unit.patch];
         const auto here = at_samples.subspan(i * samples_of_place, samples_of_place);
@@ -328,9 +339,7 @@ void TargetResponses::store(const Unit& unit, std::span<const Vector3> at_sample
         if (unit.variation == Variation::wider)
             share = patch.wider_by > 0 ? patch.radius_spread / patch.wider_by : 0;
         const Vector3 change =
-            share * (here[0] - (unit.variation == Variation::elements && on_coarse
-                                    ? r.elements.col(unit.motion)
-                                    : r.motion.col(unit.motion)));
+            share * (here[0] - (from_coarse ? r.elements : r.motion).col(unit.motion));
         switch (unit.variation) {
             case Variation::none:
                 break;

@@ -20,7 +20,7 @@ struct PatchResponse {
     /// Change of `motion`'s first three columns where the place moves by 1 m along an axis.
     std::array<Eigen::Matrix3d, 3> gradient{};
     /// Change of `motion` where the radii of all patches are greater by one standard deviation of
-    /// this patch's, and by ten-node elements.
+    /// this patch's, and by better elements: of ten nodes in place of four, or finer ones of ten.
     Eigen::Matrix<double, 3, 6> wider = Eigen::Matrix<double, 3, 6>::Zero();
     Eigen::Matrix<double, 3, 6> elements = Eigen::Matrix<double, 3, 6>::Zero();
     /// Change by one standard deviation of each uncertain material value, and of each uncertain
@@ -32,11 +32,11 @@ struct PatchResponse {
 ResponsePatch response_patch(const SensorPatch& patch);
 
 /// Linear responses of places in a body to the motion of patches on its surface, by static solves
-/// of the body with small strain: of the model as it is, with wider patches, with ten-node
-/// elements, and with each uncertain value of materials and fixed nodes off by its spread. The
-/// differences are what the displacement may be off by. The same solves of the model as it is give
-/// the responses of the tissue around the patches, which slips are judged by; without places, there
-/// are no others. A solve takes as long as some frames: `work` makes one.
+/// of the body with small strain: as it is, with wider patches, with other elements (ten nodes for
+/// four, or ten on the next coarser level), and with each uncertain value of materials and fixed
+/// nodes off by its spread. The differences are what the displacement may be off by. The solves of
+/// the model as it is also give the responses of the tissue around the patches, which slips are
+/// judged by; without places, these are all. A solve takes some frames' time: `work` makes one.
 ///
 /// Use: `start` when patches were placed or released; then `work` until `is_done`.
 class TargetResponses {
@@ -66,8 +66,8 @@ class TargetResponses {
         bool wider = false, elements = false, materials = false, fixed = false;
     };
     const Lacking& lacking() const { return lacking_; }
-    /// Whether the effect of the elements is known: not where the scene's have ten nodes, nor on a
-    /// large mesh without a coarser level or on springs, where its solves would take too long.
+    /// Whether the effect of the elements is known: not without a coarser level or on springs if
+    /// the scene's have ten nodes, or if the mesh is large and its solves would take too long.
     bool knows_elements() const;
     /// Valid once they are_known().
     const PatchResponse& at(std::size_t place, std::size_t patch) const {
@@ -116,8 +116,8 @@ class TargetResponses {
     Scene scene_;  ///< its selections are lists of nodes once the work has begun
     MeshHierarchy hierarchy_;
     std::vector<Vector3> places_;
-    MeshHierarchy coarse_;     ///< of a large mesh, without its finest level; else empty
-    double coarse_share_ = 1;  ///< effect of the elements, of that on coarse_
+    MeshHierarchy coarse_;     ///< without the finest level, to compare elements on; or empty
+    double coarse_share_ = 1;  ///< effect of the elements, of the difference found on coarse_
     /// Of coarse_'s surface nodes: the nearest of the finest mesh; -1 inside.
     std::vector<std::int32_t> fine_of_coarse_;
     std::vector<ResponsePatch> other_patches_;

@@ -421,15 +421,22 @@ TEST(ErrorStatement, APatchIsNotElsewhereForAnErrorAlongTheNormal) {
     EXPECT_GT(by_patches({0, 0.003, 0}), 1.2 * none);
 }
 
-TEST(ErrorStatement, ATrackedBodyOfTenNodeElementsLacksTheirError) {
+/// A body of ten-node elements is compared with the next coarser level, if there is one.
+TEST(ErrorStatement, OfTenNodeElementsLacksTheirErrorOnOneLevelAlone) {
     StatedBlock block;
     block.scene.elements = Elements::p2;
     const TetMesh quadratic = quadratic_mesh(block.mesh());
-    ErrorStatement statement(block.scene, block.hierarchy, quadratic);
-    statement.start({}, block.scene.fix);
     const std::vector<Vector3> still(quadratic.nodes.size(), Vector3::Zero());
-    const FrameStatement& frame = statement.update({}, {}, still, {});
-    EXPECT_TRUE(frame.missing.has(ErrorSource::elements));
+    const auto lacks_elements = [&](const MeshHierarchy& hierarchy) {
+        ErrorStatement statement(block.scene, hierarchy, quadratic);
+        statement.start({}, block.scene.fix);
+        return statement.update({}, {}, still, {}).missing.has(ErrorSource::elements);
+    };
+    EXPECT_FALSE(lacks_elements(block.hierarchy));
+    testing::internal::CaptureStderr();
+    EXPECT_TRUE(lacks_elements(make_hierarchy({block.mesh()}, "a block of one level")));
+    const std::string warning = testing::internal::GetCapturedStderr();
+    EXPECT_NE(warning.find("lacks elements: those of ten nodes"), std::string::npos) << warning;
 }
 
 }  // namespace

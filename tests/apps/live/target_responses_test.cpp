@@ -89,6 +89,38 @@ TEST(TargetResponses, AreThoseOfBodiesThatDiffer) {
     EXPECT_GT(responses.at(0, 0).elements.norm(), 0.02);
 }
 
+/// Ten-node elements are compared with those of edges twice as long: with an error of first order,
+/// the model has as much of it as the two differ by.
+TEST(TargetResponses, OfTenNodeElementsExtrapolateFromTheNextLevel) {
+    StatedBlock block;
+    block.scene.elements = Elements::p2;
+    block.scene.materials[0].poisson = 0.45;
+    const TetMesh fine = quadratic_mesh(block.mesh()),
+                  coarse = quadratic_mesh(block.hierarchy.levels[1]);
+    ResponsePatch patch = patch_of(block);
+    patch.nodes = surface_patch(fine, patch.place, patch.radius).nodes;
+    TargetResponses responses(block.scene, block.hierarchy, block.places);
+    EXPECT_TRUE(responses.knows_elements());
+    responses.start({patch}, block.scene.fix);
+    while (responses.work()) {
+    }
+    ASSERT_TRUE(responses.are_known()) << responses.failure();
+    EXPECT_FALSE(responses.lacking().elements);
+    StatedBlock below = block;
+    below.hierarchy = make_hierarchy({block.hierarchy.levels[1]}, "half as fine");
+    const auto coarse_nodes = surface_patch(coarse, patch.place, patch.radius).nodes;
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto of_fine = solved(block, block.scene, patch.nodes, axis);
+        const auto of_coarse = solved(below, block.scene, coarse_nodes, axis);
+        for (std::size_t i = 0; i < block.places.size(); ++i) {
+            const Vector3 left = 1e3 * (of_fine[i] - of_coarse[i]);
+            EXPECT_LT((responses.at(i, 0).elements.col(axis) - left).norm(), 3e-3)
+                << "place " << i << ", axis " << axis;
+        }
+    }
+    EXPECT_GT(responses.at(0, 0).elements.norm(), 0.02) << "the test can fail";
+}
+
 /// A ring's displacement is that of its nodes, weighed. Without places the model's solves are all.
 TEST(TargetResponses, KnowTheTissueAroundAPatchWithAndWithoutPlaces) {
     StatedBlock block;
