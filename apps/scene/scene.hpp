@@ -187,8 +187,8 @@ void visit_fields(Visitor& v, Scene& s) {
           "ten nodes, quadratic displacement: accurate in bending and torsion on a coarse mesh"}});
     v.choice("formulation", s.formulation, "how the volumetric stress is computed",
              {{Formulation::automatic, "automatic",
-               "mixed if a material has poisson >= 0.49, or if a sensor has a place_mm and a "
-               "model is of finite strain; else displacement"},
+               "mixed if a material has poisson >= 0.49, or, in `track` alone, if a sensor has a "
+               "place_mm and a model is of finite strain; else displacement"},
               {Formulation::displacement, "displacement",
                "from the displacement: locks as poisson approaches 0.5"},
               {Formulation::mixed, "mixed",
