@@ -1,6 +1,7 @@
 // The trials of `livetet bench stability`, and what judges them. Time is not: no frame here has a
 // deadline to miss.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -18,13 +19,21 @@ using test::Folder;
 using test::livetet;
 using test::text_of;
 
-json cells_of(const Folder& folder, const std::string& options, int status = 0) {
+json cells_of(const Folder& folder, const std::string& options, int cells = 2) {
     const auto outcome = livetet(
-        folder,
-        "bench stability --cells 2 --noise-frames 1000 --budget 1e6 --json s.json --csv s.csv " +
-            options);
-    EXPECT_EQ(outcome.status, status) << outcome.out << outcome.err;
+        folder, fmt::format("bench stability --cells {} --noise-frames 1000 --budget 1e6 --json "
+                            "s.json --csv s.csv {}",
+                            cells, options));
+    EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err;
     return json::parse(text_of(folder / "s.json"));
+}
+
+/// Whether a cell has a known limit, which only fibres on moving grids have here.
+bool is_excused(const json& c) {
+    if (c.at("known_limit").get<std::string>().empty()) return false;
+    EXPECT_EQ(c.at("strain"), "holzapfel_gasser_ogden") << c.dump();
+    EXPECT_TRUE(c.at("stepped_as").get<std::string>().starts_with("hexa")) << c.dump();
+    return true;
 }
 
 TEST(Stability, WhatAnythingShouldStandPassesInEveryModelAndScheme) {
@@ -32,12 +41,7 @@ TEST(Stability, WhatAnythingShouldStandPassesInEveryModelAndScheme) {
     const json cells = cells_of(folder, "--only \"ratio 0.3\"");
     ASSERT_EQ(cells.size(), 5u * 6 * 4);
     for (const json& c : cells) {
-        if (!c.at("known_limit").get<std::string>().empty()) {
-            // Fibres on moving grids alone.
-            EXPECT_EQ(c.at("strain"), "holzapfel_gasser_ogden") << c.dump();
-            EXPECT_TRUE(c.at("stepped_as").get<std::string>().starts_with("hexa")) << c.dump();
-            continue;
-        }
+        if (is_excused(c)) continue;
         EXPECT_EQ(c.at("verdict"), "pass") << c.dump();
         EXPECT_GT(c.at("steps"), 10);
         EXPECT_LT(c.at("left"), 0.02);
@@ -49,6 +53,7 @@ TEST(Stability, WhatAnythingShouldStandPassesInEveryModelAndScheme) {
 TEST(Stability, ABodyThatNothingHoldsInARotationIsRefusedWhereItIsStatic) {
     const Folder folder;
     for (const json& c : cells_of(folder, "--only \"a line\"")) {
+        if (is_excused(c)) continue;
         const bool is_static = c.at("scheme") == "static";
         EXPECT_EQ(c.at("verdict"), is_static ? "refused" : "pass") << c.dump();
         EXPECT_EQ(c.at("reason").get<std::string>().find("rotation about") != std::string::npos,
@@ -136,7 +141,7 @@ TEST(Stability, FramesOfEveryModelAreTheLiveSolversWithFourAndWithTenNodes) {
 /// comes home. Tets are not cut.
 TEST(Stability, CutGridsOfHexahedraStandThePress) {
     const Folder folder;
-    const json cells = cells_of(folder, "--cells 4 --only \"cut, share\" --column hookean");
+    const json cells = cells_of(folder, "--only \"cut, share\" --column hookean", 4);
     ASSERT_EQ(cells.size(), 2u * 5 * 4);
     for (const json& c : cells) {
         const bool is_of_hexahedra = c.at("stepped_as").get<std::string>().starts_with("hexa");

@@ -92,6 +92,11 @@ std::string complete_scene() {
     scene.drive[0].stiffness_N_per_m = 500;
     scene.drive[0].centre_mm = Eigen::Vector3d(1, 2, 3);
     static_cast<SelectionOptions&>(scene.loads.emplace_back()) = nodes;
+    CutOptions& cut = scene.cuts.emplace_back();
+    cut.point_mm = cut.normal = Eigen::Vector3d(1, 2, 3);
+    cut.radius_mm = 20;
+    cut.edges_mm = std::vector<double>{1, 0, 0, 0, 1, 0};
+    cut.file = "cut.stl";
     scene.solver.time_limit_s = 60;
     TrackOptions& track = scene.track.emplace();
     track.sensors[0].patch_spread_mm = 2;
