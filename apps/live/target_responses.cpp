@@ -80,6 +80,8 @@ TargetResponses::TargetResponses(const Scene& scene, MeshHierarchy hierarchy,
         coarse_.transfers.erase(coarse_.transfers.begin());
         if (!coarse_.parents.empty()) coarse_.parents.erase(coarse_.parents.begin());
         const double ratio = edge_of(mesh) / edge_of(coarse_.levels.front());
+        constexpr double largest_ratio = 0.8;  // nearer sizes tell nothing of their error's order
+        if (has_ten_nodes(scene_) && ratio > largest_ratio) coarse_ = {};
         // Richardson: with an error c h, G_h - G_H = c (h - H), so that G - G_h is
         // -h / (H - h) of G_H - G_h.
         coarse_share_ = has_ten_nodes(scene_) ? -ratio / (1 - ratio) : ratio;

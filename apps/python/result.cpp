@@ -1,5 +1,7 @@
 #include <pybind11/stl.h>
 
+#include <algorithm>
+#include <cmath>
 #include <optional>
 #include <variant>
 
@@ -96,7 +98,11 @@ py::list warp_frames(const Result& result, WarpArguments arguments,
                      const std::vector<py::ssize_t>& frames, const py::object& progress) {
     std::vector<std::size_t> numbers;
     for (const py::ssize_t k : frames) numbers.push_back(frame_of(result, k) + 1);
-    if (numbers.empty()) fail("warp: found no frame, expected at least one");
+    if (numbers.empty()) fail("frame: found none, expected at least one");
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+        if (std::find(numbers.begin(), numbers.begin() + static_cast<std::ptrdiff_t>(i),
+                      numbers[i]) != numbers.begin() + static_cast<std::ptrdiff_t>(i))
+            fail("frame: found {} twice, expected each frame once", numbers[i] - 1);
     arguments.frames = fmt::format("{}", fmt::join(numbers, ","));
     Watch watch(progress);
     const auto warped = in_engine([&] { return warp_results(arguments, watch.callback()); });
@@ -116,7 +122,13 @@ py::object warp(const Result& result, const py::object& output,
                 const py::object& forward_field, const py::object& registration,
                 const std::optional<std::string>& interpolation, std::optional<double> empty,
                 std::optional<double> rind_mm, int threads, const py::object& progress) {
-    if (rind_mm && !(*rind_mm >= 0)) fail("rind_mm: found {}, expected 0 or more", *rind_mm);
+    if (rind_mm && !(std::isfinite(*rind_mm) && *rind_mm >= 0))
+        fail("rind_mm: found {}, expected a finite number of 0 or more", *rind_mm);
+    if (output.is_none() && inverse_field.is_none() && forward_field.is_none() &&
+        registration.is_none())
+        fail(
+            "warp: found no file to write, expected output, inverse_field, forward_field or "
+            "registration");
     if (threads < 0 || threads > 64) fail("threads: found {}, expected 0 to 64", threads);
     WarpArguments a;
     a.results = {result.file};

@@ -176,8 +176,10 @@ MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progre
 
 void refuse_hexahedra(const MeshHierarchy& hierarchy, const std::string& what) {
     if (!hierarchy.levels.front().hexahedra.empty())
-        fail("{}: found a mesh of hexahedra, expected tetrahedra (only solve and study take both)",
-             what);
+        fail(
+            "{}: found a mesh of hexahedra, expected tetrahedra (hexahedra are for solve and study "
+            "on one rank, without elements: P2)",
+            what);
 }
 
 SceneConstraints::SceneConstraints(const Scene& scene, const TetMesh& mesh)

@@ -27,9 +27,11 @@ void check_edges(const std::vector<double>& edges, const std::string& key,
 
 void check_cut(const CutOptions& cut, const std::string& key, const KeyPlaces& places) {
     const bool is_plane = cut.point_mm || cut.normal || cut.radius_mm || cut.edges_mm;
-    if (is_plane == !cut.file.empty())
-        fail("{} names {} of a plane and a file, expected one ({})", key,
-             is_plane ? "both" : "neither", places(key));
+    if (!is_plane && cut.file.empty())
+        fail("{} is empty, expected point_mm with normal or edges_mm, or file ({})", key,
+             places(key));
+    if (is_plane && !cut.file.empty())
+        fail("{} names both a plane and a file, expected one ({})", key, places(key));
     if (!is_plane) return;
     if (cut.space != Space::ras)
         fail("{}.space: applies to a file, expected file in place of a plane ({})", key,
@@ -41,7 +43,7 @@ void check_cut(const CutOptions& cut, const std::string& key, const KeyPlaces& p
              cut.normal ? "both" : "neither", places(key));
     if (cut.edges_mm && cut.radius_mm)
         fail("{} names both radius_mm and edges_mm, expected one ({})", key, places(key));
-    if (cut.normal && !(cut.normal->norm() > 0))
+    if (cut.normal && !(cut.normal->lpNorm<Eigen::Infinity>() > 0))
         fail("{}.normal = (0, 0, 0) has no direction, expected a length above 0 ({})", key,
              places(key + ".normal"));
     if (cut.edges_mm) check_edges(*cut.edges_mm, key, places(key + ".edges_mm"));

@@ -33,8 +33,8 @@ void visit_fields(Visitor& v, CutOptions& c) {
             "the plane cuts within this distance of point_mm only; none: everywhere",
             greater_than<0>());
     v.field("edges_mm", c.edges_mm, "mm",
-            "in place of a normal: a rectangle, or parallelogram, about point_mm cuts, with these "
-            "two edges [x, y, z, x, y, z]");
+            "two edges [x, y, z, x, y, z] of a rectangle or parallelogram with its middle at "
+            "point_mm; only it cuts; in place of normal");
     v.field("file", c.file, "",
             "a surface (.stl, .obj, .ply, .vtk, .vtp, .off) in mm that cuts in place of a plane; "
             "it may be open");
@@ -44,8 +44,8 @@ void visit_fields(Visitor& v, CutOptions& c) {
          {Space::lps, "lps", "left, posterior, superior, as in models of 3D Slicer since 2020"}});
 }
 
-/// Throws Error unless a cut is either a plane with a point and one of normal and edges, of more
-/// than no length, or a file. `key`: of its table.
+/// Throws Error unless a cut is either a file or a plane with a point and either a nonzero normal
+/// or two edges that span an area. `key`: of its table.
 void check_cut(const CutOptions& cut, const std::string& key, const KeyPlaces& places);
 
 }  // namespace livetet

@@ -42,6 +42,42 @@ bool any_node(const GridPiece& piece, const TetMesh& mesh, const Rule& rule) {
         piece.cells, [&](std::int32_t e) { return std::ranges::any_of(mesh.hexahedra[e], rule); });
 }
 
+/// Throws Error if pieces are left out and a selection lists nodes, which are then numbered anew.
+void refuse_listed_nodes(const Scene& scene) {
+    if (scene.free_pieces != FreePieces::leave_out) return;
+    const auto check = [](const auto& list, const char* name) {
+        for (std::size_t i = 0; i < list.size(); ++i)
+            if (list[i].nodes)
+                fail(
+                    "{}[{}].nodes: found with free_pieces: leave_out, which numbers nodes anew, "
+                    "expected a selection by place, mask or group",
+                    name, i);
+    };
+    check(scene.fix, "fix");
+    check(scene.drive, "drive");
+    check(scene.loads, "loads");
+}
+
+/// Warns of loads that act on pieces that are left out, too: what is left takes all of a force.
+void warn_of_loads_left_out(const Scene& scene, const TetMesh& mesh,
+                            const std::vector<GridPiece>& left_out) {
+    std::vector<std::uint8_t> is_left_out(mesh.nodes.size(), 0);
+    for (const GridPiece& piece : left_out)
+        for (const std::int32_t e : piece.cells)
+            for (const std::int32_t n : mesh.hexahedra[e]) is_left_out[n] = 1;
+    for (std::size_t i = 0; i < scene.loads.size(); ++i) {
+        const std::string key = fmt::format("loads[{}]", i);
+        const auto nodes = select_nodes(mesh, scene.loads[i], key);
+        const auto lost =
+            std::ranges::count_if(nodes, [&](std::int32_t n) { return is_left_out[n] != 0; });
+        if (lost > 0)
+            log_warning(fmt::format(
+                "cuts: {} of the {} of {} are on pieces that are left out; a force acts as a whole "
+                "on the others",
+                lost, counted(nodes.size(), "node"), key));
+    }
+}
+
 /// The pieces of which no node is held.
 std::vector<GridPiece> free_pieces(const TetMesh& mesh, const std::vector<std::uint8_t>& held) {
     std::vector<GridPiece> pieces = grid_pieces(mesh);
@@ -85,7 +121,7 @@ CutSurface surface_of(const CutOptions& cut) {
         patch.edges = {Vector3(e[0], e[1], e[2]) / 1e3, Vector3(e[3], e[4], e[5]) / 1e3};
         patch.normal = (*patch.edges)[0].cross((*patch.edges)[1]);
     } else {
-        patch.normal = *cut.normal;
+        patch.normal = *cut.normal / cut.normal->lpNorm<Eigen::Infinity>();
     }
     if (cut.radius_mm) patch.radius = *cut.radius_mm / 1e3;
     return patch;
@@ -115,9 +151,9 @@ TetMesh cut_mesh(const Scene& scene, const TetMesh& mesh) {
     TetMesh made = without_links(mesh, level, cut);
     if (made.nodes.size() == mesh.nodes.size())
         fail(
-            "cuts: cross {} between neighbouring cells, which are too few to open a gap, expected "
-            "larger cuts of the body, {}",
-            counted(static_cast<std::size_t>(std::ranges::count(cut, 1)), "link"),
+            "cuts: separate only {} of neighbouring cells, too few to open a gap, expected larger "
+            "cuts of the body, {}",
+            counted(static_cast<std::size_t>(std::ranges::count(cut, 1)), "pair"),
             extent_text(mesh, frame));
     return made;
 }
@@ -133,10 +169,11 @@ std::string cut_text(const TetMesh& before, const TetMesh& after) {
 
 [[noreturn]] void fail_of_tets(const Scene& scene) {
     fail(
-        "cuts: mesh.file = {} is a mesh of tetrahedra, expected hexahedra, an image with "
-        "mesh.cells: "
-        "hexahedra or what `livetet mesh --cells hexahedra` writes of it",
-        scene.mesh.file.string());
+        "cuts: {} {} tetrahedra, expected hexahedra (mesh.cells: hexahedra, or `livetet mesh "
+        "--cells "
+        "hexahedra`)",
+        scene.mesh.file.string(),
+        kind_of(scene.mesh.file) == MeshKind::image ? "is meshed with" : "has");
 }
 
 /// Throws Error unless a piece is held and can deform.
@@ -159,18 +196,26 @@ void check_something_is_left(const TetMesh& mesh, const std::vector<std::uint8_t
 
 void check_can_be_cut(const Scene& scene) {
     if (scene.cuts.empty()) return;
+    refuse_listed_nodes(scene);
     const MeshKind kind = kind_of(scene.mesh.file);
     if (kind == MeshKind::hierarchy) return;
     if (kind != MeshKind::image || scene.mesh.cells != MeshCells::hexahedra) fail_of_tets(scene);
 }
 
-MeshHierarchy with_cuts(const Scene& scene, MeshHierarchy hierarchy) {
+void check_has_hexahedra(const Scene& scene, const MeshHierarchy& hierarchy) {
     if (hierarchy.levels.front().hexahedra.empty()) fail_of_tets(scene);
+}
+
+MeshHierarchy with_cuts(const Scene& scene, MeshHierarchy hierarchy) {
+    check_has_hexahedra(scene, hierarchy);
     TetMesh mesh = cut_mesh(scene, hierarchy.levels.front());
     const std::vector<std::uint8_t> held = held_components(scene, mesh);
-    const std::vector<GridPiece> free = free_pieces(mesh, held);
+    // Of a body that nothing holds, cuts free nothing.
+    const bool is_held = std::ranges::any_of(held, [](std::uint8_t bits) { return bits != 0; });
+    const std::vector<GridPiece> free =
+        is_held ? free_pieces(mesh, held) : std::vector<GridPiece>{};
     const bool may_move = scene.time.is_dynamic() && scene.free_pieces == FreePieces::keep;
-    if (!may_move) check_something_is_left(mesh, held);
+    if (!may_move && is_held) check_something_is_left(mesh, held);
     if (!free.empty() && scene.free_pieces == FreePieces::refuse)
         fail("cuts: free {}; expected fix or drive to hold them, or free_pieces: leave_out or keep",
              pieces_text(free));
@@ -182,6 +227,7 @@ MeshHierarchy with_cuts(const Scene& scene, MeshHierarchy hierarchy) {
                              : may_move ? "they move freely"
                                         : "they keep their place at rest"));
         if (leaves_out) {
+            warn_of_loads_left_out(scene, mesh, free);
             std::vector<std::uint8_t> left_out(mesh.hexahedra.size(), 0);
             for (const GridPiece& piece : free)
                 for (const std::int32_t e : piece.cells) left_out[e] = 1;

@@ -9,9 +9,12 @@
 
 namespace livetet {
 
-/// Throws Error if a scene has cuts and its mesh is known to have no hexahedra, before it is read
-/// or made.
+/// Throws Error if a scene has cuts that its mesh, which is not read yet, is known not to take: it
+/// has no hexahedra, or pieces are left out and selections list nodes.
 void check_can_be_cut(const Scene& scene);
+
+/// Throws Error if the mesh of a scene with cuts has no hexahedra.
+void check_has_hexahedra(const Scene& scene, const MeshHierarchy& hierarchy);
 
 /// The scene's mesh with its cuts, and without pieces that they free if the scene leaves those out.
 /// Logs how much was cut, and each piece that nothing holds. Throws Error, naming the key, if the
@@ -24,7 +27,7 @@ MeshHierarchy with_cuts(const Scene& scene, MeshHierarchy hierarchy);
 /// in static scenes with `free_pieces: keep`, else none. Sorted.
 std::vector<std::int32_t> resting_nodes(const Scene& scene, const TetMesh& mesh);
 
-/// Text that is the same for scenes whose meshes are the same.
+/// All keys that the scene's mesh depends on, as text: scenes with equal texts have equal meshes.
 std::string mesh_identity(const Scene& scene);
 
 }  // namespace livetet

@@ -137,6 +137,7 @@ void check_meshes(const Study& study) {
     for (std::size_t k = 0; k < study.samples.size(); ++k) {
         const Scene scene = study.scene(k);
         const std::string name = scene.mesh.file.string();
+        check_can_be_cut(scene);
         if (std::find(seen.begin(), seen.end(), name) != seen.end()) continue;
         seen.push_back(name);
         if (!is_tet_mesh_name(scene.mesh.file))
@@ -144,7 +145,9 @@ void check_meshes(const Study& study) {
                 "mesh.file = {}: a study wants tetrahedra, .h5, .msh or .vtu: `livetet mesh` makes "
                 "them",
                 name);
-        (void)load_mesh(scene.mesh, {}, {});  // cuts may vary: those of a solve are its own
+        // Cuts may vary: those of a solve are its own.
+        const MeshHierarchy hierarchy = load_mesh(scene.mesh, {}, {});
+        if (!scene.cuts.empty()) check_has_hexahedra(scene, hierarchy);
     }
 }
 

@@ -5,6 +5,7 @@
 #include <vtkTextProperty.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "apps/plots/off_screen_window.hpp"
 
@@ -13,10 +14,25 @@ namespace livetet {
 namespace {
 constexpr double bar_width = 0.1;
 constexpr int bar_font = 13;
+
+/// The nodes of a surface, moved inwards by a thousandth of the size of the triangles around: the
+/// sides of a cut have nodes at one place, which then lie in tets of their own side.
+std::vector<Vector3> a_little_inside(const TriangleMesh& surface) {
+    std::vector<Vector3> normals(surface.nodes.size(), Vector3::Zero());
+    for (const Triangle& t : surface.triangles) {
+        const Vector3 &a = surface.nodes[t[0]], &b = surface.nodes[t[1]], &c = surface.nodes[t[2]];
+        for (const std::int32_t n : t) normals[n] += (b - a).cross(c - a);
+    }
+    std::vector<Vector3> inside = surface.nodes;
+    for (std::size_t n = 0; n < inside.size(); ++n)
+        inside[n] -= 1e-3 * std::sqrt(normals[n].norm()) * normals[n].normalized();
+    return inside;
+}
+
 }  // namespace
 
 OrganView::OrganView(const ShownBody& body, vtkRenderer* renderer)
-    : body_(body), map_(map_into(body.mesh, body.surface.nodes)) {
+    : body_(body), map_(map_into(body.mesh, a_little_inside(body.surface))) {
     if (!body.stated_places.empty()) stated_.emplace(body.stated_places, body.surface.nodes);
     const auto count = static_cast<vtkIdType>(body.surface.nodes.size());
     for (vtkFloatArray* vectors : {places_.Get(), normals_.Get()}) {

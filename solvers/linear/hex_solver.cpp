@@ -10,7 +10,7 @@ namespace livetet {
 namespace {
 
 /// The coarsest level has no more cells, unless coarsening brings no fewer. Levels whose cells are
-/// as wide as the bridge of a body cut nearly through are too stiff there: the fewer the better.
+/// as wide as the bridge of a body cut nearly through are too stiff there, so have few of them.
 constexpr std::size_t cells_to_factor = 600;
 
 HexCells cells_of(const TetMesh& mesh, const LevelAssembler& level) {

@@ -176,16 +176,17 @@ std::vector<std::uint8_t> crossed_by(const HexLevel& level, const GridFrame& fra
     return cut;
 }
 
-/// Whether a point of a patch's plane lies in the patch.
-bool is_in_patch(const PlanePatch& patch, const Vector3& x) {
+/// Whether a point of a patch's plane lies in the patch, or not farther from it than `rounding`, m.
+bool is_in_patch(const PlanePatch& patch, const Vector3& x, double rounding) {
     const Vector3 arm = x - patch.point;
-    if (patch.radius) return arm.norm() <= *patch.radius;
+    if (patch.radius) return arm.norm() <= *patch.radius + rounding;
     if (!patch.edges) return true;
     Eigen::Matrix<double, 3, 2> edges;
     edges << (*patch.edges)[0], (*patch.edges)[1];
     // Coordinates along the edges, from the middle.
     const Eigen::Vector2d at = (edges.transpose() * edges).inverse() * (edges.transpose() * arm);
-    return at.lpNorm<Eigen::Infinity>() <= 0.5;
+    const double shorter = edges.colwise().norm().minCoeff();
+    return at.lpNorm<Eigen::Infinity>() <= 0.5 + rounding / shorter;
 }
 
 std::vector<std::uint8_t> crossed_by(const HexLevel& level, const GridFrame& frame,
@@ -204,7 +205,8 @@ std::vector<std::uint8_t> crossed_by(const HexLevel& level, const GridFrame& fra
         if (crosses) {
             const Vector3 from = frame.centre(level.places[link.lower]),
                           to = frame.centre(level.places[link.upper]);
-            crosses = is_in_patch(patch, from + below / (below - above) * (to - from));
+            crosses =
+                is_in_patch(patch, from + below / (below - above) * (to - from), 4 * rounding);
         }
         cut.push_back(crosses);
     }

@@ -14,8 +14,8 @@
 #include "mesh/hex_grid.hpp"
 
 /// Cuts of grids of hexahedra: a link between two neighbours breaks where the segment from one
-/// cell's centre to the other's crosses the cutting surface. Nodes whose cells no chain of links
-/// joins any more are doubled, so that the cut opens along faces of cells.
+/// cell's centre to the other's crosses the cutting surface. A node is doubled where the links
+/// around it no longer connect its cells, so that the cut opens along faces of cells.
 ///
 /// Source: Dick, Georgii, Westermann (2011), "A hexahedral multigrid approach for simulating cuts
 /// in deformable objects".
@@ -57,15 +57,15 @@ std::vector<std::uint8_t> crossed_links(const HexLevel& level, const GridFrame& 
 
 /// The mesh of `level` without the links that are `cut` (one entry a link). Cells keep their
 /// numbers. A node keeps its number for the first of its cells; the copies that other cells take
-/// follow after all nodes, at the same place. Node sets take all copies; a set's triangles those of
-/// the cell that they bound.
+/// follow after all nodes, at the same place. Node sets take all copies; triangles of a set take the
+/// nodes of the cell that they bound.
 TetMesh without_links(const TetMesh& mesh, const HexLevel& level,
                       std::span<const std::uint8_t> cut);
 
-/// A part of a grid that hangs together.
+/// A connected part of a grid.
 struct GridPiece {
     std::vector<std::int32_t> cells;     ///< rising
-    double volume = 0;                   ///< of what of its cells is inside the body, m^3
+    double volume = 0;                   ///< inside the body, m^3
     Vector3 centroid = Vector3::Zero();  ///< of that, cell by cell, m
 };
 
@@ -73,8 +73,7 @@ struct GridPiece {
 std::vector<GridPiece> grid_pieces(const TetMesh& mesh);
 
 /// The grid without some of its cells (one entry a cell) and the nodes that only they have. What is
-/// left is numbered in the same order. Node sets and sets of triangles that lose all they had are
-/// kept, empty.
+/// left is numbered in the same order. Sets that lose all members stay, empty.
 TetMesh without_cells(const TetMesh& mesh, std::span<const std::uint8_t> left_out);
 
 }  // namespace livetet

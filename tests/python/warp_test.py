@@ -85,12 +85,14 @@ class Warps(InFolder):
     def test_bad_input_is_an_error_and_leaves_no_file(self):
         output = self.folder / "out.nii.gz"
         for arguments, text in (
-            ({}, "nothing to write"),
+            ({}, "no file to write"),
             ({"output": "out.png"}, "out.png"),
             ({"output": output, "interpolation": "sinc"}, "sinc.*nearest, linear or cubic"),
             ({"output": output, "rind_mm": -1.0}, "rind_mm.*-1"),
+            ({"output": output, "rind_mm": float("inf")}, "rind_mm.*inf"),
+            ({"output": output, "frame": [0, 0]}, "0 twice"),
             ({"output": output, "threads": 65}, "threads.*65"),
-            ({"output": output, "frame": []}, "no frame"),
+            ({"output": output, "frame": []}, "frame.*none"),
             ({"output": output, "image": self.folder / "no.nii.gz"}, "no.nii.gz"),
         ):
             with self.subTest(text=text), self.assertRaisesRegex(livetet.Error, text):
