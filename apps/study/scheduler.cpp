@@ -6,6 +6,7 @@
 #include <optional>
 #include <thread>
 
+#include "apps/scene/cuts.hpp"
 #include "base/error.hpp"
 
 namespace livetet {
