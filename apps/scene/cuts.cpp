@@ -219,7 +219,8 @@ MeshHierarchy with_cuts(const Scene& scene, MeshHierarchy hierarchy) {
     if (!free.empty() && scene.free_pieces == FreePieces::refuse)
         fail("cuts: free {}; expected fix or drive to hold them, or free_pieces: leave_out or keep",
              pieces_text(free));
-    log_info(cut_text(hierarchy.levels.front(), mesh));
+    if (is_held || scene.time.is_dynamic())  // else the body is refused for that
+        log_info(cut_text(hierarchy.levels.front(), mesh));
     if (!free.empty()) {
         const bool leaves_out = scene.free_pieces == FreePieces::leave_out;
         log_info(fmt::format("note         cuts: free {}; {}", pieces_text(free),

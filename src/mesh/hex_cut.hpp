@@ -57,8 +57,8 @@ std::vector<std::uint8_t> crossed_links(const HexLevel& level, const GridFrame& 
 
 /// The mesh of `level` without the links that are `cut` (one entry a link). Cells keep their
 /// numbers. A node keeps its number for the first of its cells; the copies that other cells take
-/// follow after all nodes, at the same place. Node sets take all copies; triangles of a set take the
-/// nodes of the cell that they bound.
+/// follow after all nodes, at the same place. Node sets take all copies; triangles of a set take
+/// the nodes of the cell that they bound.
 TetMesh without_links(const TetMesh& mesh, const HexLevel& level,
                       std::span<const std::uint8_t> cut);
 

@@ -232,7 +232,7 @@ TEST(Cuts, BadInputIsOneLineAndWritesNothing) {
         {"cuts: [{point_mm: [42, 10, 10], normal: [1, 0, 0], radius_mm: 0.5}]\n",
          {"cuts[0]: crosses no pair"}},
         {"cuts: [{point_mm: [42, 8, 8], normal: [1, 0, 0], radius_mm: 0.5}]\n",
-         {"cuts: cross 1 link", "too few to open a gap"}},
+         {"cuts: separate only 1 pair", "too few to open a gap"}},
         {"cuts: [{point_mm: [42, 8, 8], normal: [1, 0, 0], radius_mm: 0}]\n",
          {"radius_mm", "greater than 0"}},
         {"cuts: [{point_mm: [42, 8, 8], normal: [0, 0, 0]}]\n",
@@ -243,11 +243,14 @@ TEST(Cuts, BadInputIsOneLineAndWritesNothing) {
          {"cuts[0].edges_mm has 3 numbers, expected 6"}},
         {"cuts: [{point_mm: [42, 8, 8]}]\n", {"cuts[0] names neither of normal and edges_mm"}},
         {"cuts: [{normal: [1, 0, 0]}]\n", {"cuts[0].point_mm is missing"}},
-        {"cuts: [{}]\n", {"cuts[0] names neither of a plane and a file"}},
+        {"cuts: [{}]\n", {"cuts[0] is empty, expected point_mm"}},
         {"cuts: [{file: nothing.stl}]\n", {"nothing.stl"}},
         {"free_pieces: keep\n", {"free_pieces: applies to what cuts free"}},
+        {"cuts: [{point_mm: [42, 0, 0], normal: [1, 0, 0]}]\nfree_pieces: leave_out\n"
+         "loads: [{nodes: [3], force_N: [1, 0, 0]}]\n",
+         {"loads[0].nodes", "free_pieces: leave_out", "place, mask or group"}},
         {"cuts: [{point_mm: [42, 0, 0], normal: [1, 0, 0]}]\nfix: []\ndrive: []\n",
-         {"cuts: free the whole body: of its 2 pieces none"}},
+         {"the body is not held: 12 rigid motions"}},
     };
     for (const Case& c : cases) {
         std::string text = CutBar::scene(c.cuts);
@@ -264,7 +267,7 @@ TEST(Cuts, BadInputIsOneLineAndWritesNothing) {
     write_text(bar.folder / "scene.yaml",
                "mesh: {file: bar.nii.gz}\noutput: {file: out.h5}\n" + std::string(end_cut));
     expect_refused(livetet(bar.folder, "solve scene.yaml"),
-                   {"cuts: mesh.file = ", "tetrahedra, expected hexahedra"});
+                   {"cuts: bar.nii.gz is meshed with tetrahedra, expected hexahedra"});
 }
 
 /// A study over the radius of a disc: the deeper the cut, the less energy the pull takes.
