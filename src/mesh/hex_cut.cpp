@@ -6,9 +6,9 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <unordered_map>
 
+#include "base/disjoint_sets.hpp"
 #include "base/error.hpp"
 
 namespace livetet {
@@ -304,20 +304,15 @@ TetMesh without_links(const TetMesh& mesh, const HexLevel& level,
 }
 
 std::vector<GridPiece> grid_pieces(const TetMesh& mesh) {
-    std::vector<std::int32_t> up(mesh.nodes.size());
-    std::iota(up.begin(), up.end(), 0);
-    const auto root = [&](std::int32_t n) {
-        while (up[n] != n) n = up[n] = up[up[n]];
-        return n;
-    };
+    DisjointSets joined(mesh.nodes.size());
     for (const Hexahedron& cell : mesh.hexahedra)
-        for (int c = 1; c < 8; ++c) up[root(cell[c])] = root(cell[0]);
+        for (int c = 1; c < 8; ++c) joined.join(cell[0], cell[c]);
     std::unordered_map<std::int32_t, std::size_t> piece_of;
     std::vector<GridPiece> pieces;
     const double full = cell_volume(mesh);
     for (std::size_t e = 0; e < mesh.hexahedra.size(); ++e) {
         const Hexahedron& cell = mesh.hexahedra[e];
-        const auto [found, fresh] = piece_of.try_emplace(root(cell[0]), pieces.size());
+        const auto [found, fresh] = piece_of.try_emplace(joined.find(cell[0]), pieces.size());
         if (fresh) pieces.emplace_back();
         GridPiece& piece = pieces[found->second];
         const double volume = full * mesh.shares[e];

@@ -7,28 +7,12 @@
 #include <numeric>
 #include <tuple>
 
+#include "base/disjoint_sets.hpp"
 #include "base/error.hpp"
 
 namespace livetet {
 
 namespace {
-
-/// Classes of things that were joined, by path halving.
-class DisjointSets {
-  public:
-    explicit DisjointSets(std::size_t count) : up_(count) { std::iota(up_.begin(), up_.end(), 0); }
-    std::int32_t find(std::int32_t i) {
-        while (up_[i] != i) i = up_[i] = up_[up_[i]];
-        return i;
-    }
-    void join(std::int32_t a, std::int32_t b) {
-        a = find(a), b = find(b);
-        up_[std::max(a, b)] = std::min(a, b);  // the first of a class stands for it
-    }
-
-  private:
-    std::vector<std::int32_t> up_;
-};
 
 /// The corners of a face: the four with bit `axis` as `upper` says, in the same order on both
 /// sides.
