@@ -9,6 +9,7 @@
 #include "apps/live/response_nodes.hpp"
 #include "base/error.hpp"
 #include "base/log.hpp"
+#include "mesh/hex_hierarchy.hpp"
 #include "mesh/surface_patch.hpp"
 #include "mesh/tet_mesh.hpp"
 
@@ -34,6 +35,25 @@ Scene linear_static(Scene scene) {
 }
 
 bool has_ten_nodes(const Scene& scene) { return scene.elements == Elements::p2; }
+
+bool is_grid(const MeshHierarchy& hierarchy) { return !hierarchy.levels.front().hexahedra.empty(); }
+
+/// The coarser levels as a hierarchy; empty where there are none. Of a grid: the next one.
+MeshHierarchy without_finest(const MeshHierarchy& hierarchy) {
+    MeshHierarchy coarse;
+    if (is_grid(hierarchy)) {
+        const TetMesh& mesh = hierarchy.levels.front();
+        std::vector<TetMesh> levels = grid_hierarchy(mesh, mesh.hexahedra.size() - 1).meshes.levels;
+        if (levels.size() > 1) coarse.levels.push_back(std::move(levels[1]));
+        return coarse;
+    }
+    if (hierarchy.levels.size() < 2) return coarse;
+    coarse = hierarchy;
+    coarse.levels.erase(coarse.levels.begin());
+    coarse.transfers.erase(coarse.transfers.begin());
+    if (!coarse.parents.empty()) coarse.parents.erase(coarse.parents.begin());
+    return coarse;
+}
 
 /// Edge of a regular tet of the mesh's mean volume, m.
 double edge_of(const TetMesh& mesh) {
@@ -73,18 +93,15 @@ TargetResponses::TargetResponses(const Scene& scene, MeshHierarchy hierarchy,
     std::vector<FixOptions> fix = std::exchange(scene_.fix, {});  // listed in the work
     list_selected_nodes(scene_, mesh);
     scene_.fix = std::move(fix);
-    const bool needs_coarse = has_ten_nodes(scene_) || mesh.tets.size() > max_tets_for_p2;
-    if (!places_.empty() && needs_coarse && hierarchy_.levels.size() > 1) {
-        coarse_ = hierarchy_;
-        coarse_.levels.erase(coarse_.levels.begin());
-        coarse_.transfers.erase(coarse_.transfers.begin());
-        if (!coarse_.parents.empty()) coarse_.parents.erase(coarse_.parents.begin());
+    const bool needs_coarse = extrapolates() || mesh.tets.size() > max_tets_for_p2;
+    if (!places_.empty() && needs_coarse) coarse_ = without_finest(hierarchy_);
+    if (!coarse_.levels.empty()) {
         const double ratio = edge_of(mesh) / edge_of(coarse_.levels.front());
         constexpr double largest_ratio = 0.8;  // nearer sizes tell nothing of their error's order
-        if (has_ten_nodes(scene_) && ratio > largest_ratio) coarse_ = {};
+        if (extrapolates() && ratio > largest_ratio) coarse_ = {};
         // Richardson: with an error c h, G_h - G_H = c (h - H), so that G - G_h is
         // -h / (H - h) of G_H - G_h.
-        coarse_share_ = has_ten_nodes(scene_) ? -ratio / (1 - ratio) : ratio;
+        coarse_share_ = extrapolates() ? -ratio / (1 - ratio) : ratio;
     }
     edge_ = edge_of(mesh);
     for (std::size_t i = 0; i < scene_.materials.size(); ++i)
@@ -92,10 +109,11 @@ TargetResponses::TargetResponses(const Scene& scene, MeshHierarchy hierarchy,
             if ((scene_.materials[i].*value).spread > 0) uncertain_materials_.push_back({i, value});
 }
 
+bool TargetResponses::extrapolates() const { return has_ten_nodes(scene_) || is_grid(hierarchy_); }
+
 bool TargetResponses::knows_elements() const {
     if (lacking_.elements) return false;
-    if (!has_ten_nodes(scene_) && hierarchy_.levels.front().tets.size() <= max_tets_for_p2)
-        return true;
+    if (!extrapolates() && hierarchy_.levels.front().tets.size() <= max_tets_for_p2) return true;
     return !coarse_.levels.empty() && std::ranges::none_of(scene_.fix, [](const FixOptions& fix) {
         return fix.stiffness_N_per_m.has_value();
     });
@@ -105,8 +123,9 @@ void TargetResponses::warn_of_large_mesh() {
     if (has_warned_ || knows_elements()) return;
     has_warned_ = true;
     const std::string compared =
-        has_ten_nodes(scene_)
-            ? "those of ten nodes are compared with those on"
+        extrapolates()
+            ? fmt::format("{} are compared with those on",
+                          is_grid(hierarchy_) ? "hexahedra" : "those of ten nodes")
             : fmt::format("on a mesh of more than {} tets they are compared on", max_tets_for_p2);
     log_warning(fmt::format("error statement lacks elements: {} the next coarser level, and {}",
                             compared,
@@ -151,7 +170,7 @@ void TargetResponses::start(std::vector<ResponsePatch> patches,
     if (places_.empty()) return;
     add_units(Variation::wider);
     if (knows_elements()) {
-        if (!coarse_.levels.empty() && !has_ten_nodes(scene_)) add_units(Variation::coarse);
+        if (!coarse_.levels.empty() && !extrapolates()) add_units(Variation::coarse);
         add_units(Variation::elements);
     }
     for (std::size_t i = 0; i < uncertain_materials_.size(); ++i) add_units(Variation::material, i);
@@ -261,9 +280,11 @@ void TargetResponses::set_up(const Unit& unit) {
     if (on_coarse && fine_of_coarse_.empty())
         fine_of_coarse_ = nearest_on_surface(coarse_.levels.front(), mesh);
     if (unit.variation == Variation::elements) {
-        scene.elements = Elements::p2;
         scene.solver.kind = SolverKind::automatic;
-        use = Use::solve;
+        if (!is_grid(hierarchy_)) {
+            scene.elements = Elements::p2;
+            use = Use::solve;
+        }
         variation_share_ = coarse_share_;
     }
     if (unit.variation == Variation::material) {
@@ -323,8 +344,8 @@ void TargetResponses::solve(const Unit& unit) {
 
 void TargetResponses::store(const Unit& unit, std::span<const Vector3> at_samples) {
     // The elements' effect is taken from the coarse level's own response, or from the model's.
-    const bool from_coarse = unit.variation == Variation::elements &&
-                             is_on_coarse(unit.variation) && !has_ten_nodes(scene_);
+    const bool from_coarse =
+        unit.variation == Variation::elements && is_on_coarse(unit.variation) && !extrapolates();
     for (std::size_t i = 0; i < places_.size(); ++i) {
         PatchResponse& r = responses_[i * patches_.size() + unit.patch];
         const auto here = at_samples.subspan(i * samples_of_place, samples_of_place);

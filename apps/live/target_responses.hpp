@@ -67,7 +67,8 @@ class TargetResponses {
     };
     const Lacking& lacking() const { return lacking_; }
     /// Whether the effect of the elements is known: not without a coarser level or on springs if
-    /// the scene's have ten nodes, or if the mesh is large and its solves would take too long.
+    /// the scene's have ten nodes or are hexahedra, or if the mesh is large and its solves would
+    /// take too long.
     bool knows_elements() const;
     /// Valid once they are_known().
     const PatchResponse& at(std::size_t place, std::size_t patch) const {
@@ -101,6 +102,9 @@ class TargetResponses {
         FixValue value;
     };
 
+    /// Whether the elements' effect is taken from the next coarser level of the same elements (ten
+    /// nodes, hexahedra), by Richardson's extrapolation, not from tets of ten nodes.
+    bool extrapolates() const;
     bool is_on_coarse(Variation variation) const;
     void warn_of_large_mesh();
     void add_units(Variation variation, std::size_t value = 0);

@@ -177,8 +177,8 @@ MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progre
 void refuse_hexahedra(const MeshHierarchy& hierarchy, const std::string& what) {
     if (!hierarchy.levels.front().hexahedra.empty())
         fail(
-            "{}: found a mesh of hexahedra, expected tetrahedra (hexahedra are for solve and study "
-            "on one rank, without elements: P2)",
+            "{}: found a mesh of hexahedra, expected tetrahedra (hexahedra are for solve, study "
+            "and track on one rank, without elements: P2)",
             what);
 }
 
@@ -387,11 +387,9 @@ void check_no_free_motion(const Scene& scene, const TetMesh& mesh,
 namespace {
 
 /// Throws Error if a body of hexahedra is asked for what only tetrahedra do.
-void check_hexahedra_can(MPI_Comm comm, const Scene& scene, const MeshHierarchy& hierarchy,
-                         Use use) {
+void check_hexahedra_can(MPI_Comm comm, const Scene& scene, const MeshHierarchy& hierarchy) {
     int ranks = 1;
     MPI_Comm_size(comm, &ranks);
-    if (use == Use::track) refuse_hexahedra(hierarchy, "track");
     if (scene.elements == Elements::p2) refuse_hexahedra(hierarchy, "elements = P2");
     if (ranks > 1) refuse_hexahedra(hierarchy, fmt::format("{} ranks", ranks));
 }
@@ -405,7 +403,7 @@ SolveControls solve_controls(const Scene& scene) {
 }
 
 SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, Use use) {
-    check_hexahedra_can(comm, scene, hierarchy, use);
+    check_hexahedra_can(comm, scene, hierarchy);
     for (std::size_t i = 0; i < scene.materials.size(); ++i) {
         const int region = scene.materials[i].region;
         for (std::size_t j = 0; j < i; ++j)

@@ -59,7 +59,7 @@ void visit_fields(Visitor& v, MeshSource& m) {
              {{MeshCells::tetrahedra, "tetrahedra", "tetrahedra that follow its smoothed surface"},
               {MeshCells::hexahedra, "hexahedra",
                "a grid of its voxels, or of 8, 64, ... of them, those at the border weighted by "
-               "their share of the body: any label map; for `solve` and `study`"}});
+               "their share of the body: any label map; for `solve`, `study` and `track`"}});
     v.field("labels", m.labels, "",
             "labels of the label map that make up the body; empty: all but 0");
     v.field(

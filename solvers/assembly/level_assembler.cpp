@@ -173,7 +173,9 @@ void LevelAssembler::make_single_batches() {
     };
     // The preconditioner's operator is Hooke's law turned by the rotations, whatever the law.
     rotates_ = !is_linear_;
-    if (share_.edge_nodes.empty()) {
+    if (!share_.hexahedra.empty()) {
+        make(share_.hexahedra);
+    } else if (share_.edge_nodes.empty()) {
         make(share_.tets);
     } else {
         std::vector<std::array<std::int32_t, 10>> nodes(share_.tets.size());
@@ -255,6 +257,15 @@ ElementRotations LevelAssembler::make_rotations() const {
             with_shape([](auto count) { return ElementShape<decltype(count)::value>::points; });
         rotations.points.assign(share_.tets.size() * points, Eigen::Matrix3d::Identity());
     }
+    return rotations;
+}
+
+ElementRotations LevelAssembler::make_rotations_of_cells() const {
+    ElementRotations rotations;
+    rotations.single = TetBatches<float>::make_fixed_rotations();
+    if (!rotates_) return rotations;
+    rotations.single.assign(single_->batch_count(), rotations.single.front());
+    rotations.single_u.assign(3 * share_.nodes.size() + 1, 0.0F);
     return rotations;
 }
 
@@ -445,12 +456,13 @@ void LevelAssembler::over_mixed_batches(const ElementRotations& at, Work&& work,
                                         Support support) const {
     std::visit(
         [&]<int nodes>(const TetBatches<float, nodes>& batches) {
-            over_batches(
-                [&](BatchRange range) {
-                    work(single_->law.mixed(),
-                         MixedTets<nodes>{batches, single_->per_modulus, range, at.single});
-                },
-                support);
+            if constexpr (nodes != 8)  // hexahedra have no pressures (see why_not_live)
+                over_batches(
+                    [&](BatchRange range) {
+                        work(single_->law.mixed(),
+                             MixedTets<nodes>{batches, single_->per_modulus, range, at.single});
+                    },
+                    support);
         },
         single_->batches);
 }

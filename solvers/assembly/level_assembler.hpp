@@ -26,11 +26,11 @@ struct TetFields {
     double strain_energy_J_per_m3 = 0;
 };
 
-/// The tets of a level that keeps no matrix, in single precision, their law, and room for what its
+/// The elements of a level that keeps no matrix, in single precision, their law, and room for what its
 /// kernels read and add to. Relative to force_at_unit_strain(), forces are accurate to about 1e-7:
 /// rounding u to float moves an equilibrium by no more than that rounding.
 struct SinglePrecisionBatches {
-    std::variant<TetBatches<float>, TetBatches<float, 10>> batches;
+    std::variant<TetBatches<float>, TetBatches<float, 10>, TetBatches<float, 8>> batches;
     const BatchLaw& law;
     std::unique_ptr<const BatchLaw> own_law;  ///< where no model has written it
     std::vector<float> values, forces;  ///< three numbers a local node, one number behind the last
@@ -49,7 +49,7 @@ struct SinglePrecisionBatches {
 enum class Support { all, constrained };
 
 /// What a level keeps to be computed with: a matrix of that layout, and whatever its forces need in
-/// double precision; no matrix, and its tets in single precision; or nothing (hexahedra).
+/// double precision; no matrix, and its elements in single precision; or nothing.
 struct SinglePrecision {};
 struct MatrixFree {};
 using LevelStorage = std::variant<MatrixLayout, SinglePrecision, MatrixFree>;
@@ -120,6 +120,9 @@ class LevelAssembler {
     /// Takes the rotation of every quadrature point from `u` (ghosts up to date). Does nothing for
     /// a model that does not rotate.
     void update_rotations(Vec u, ElementRotations& rotations) const;
+    /// The same for a preconditioner of hexahedra, of each cell alone; levels in single precision
+    /// only. Keeps the displacement where the body turns.
+    ElementRotations make_rotations_of_cells() const;
     /// Of each hexahedron from its mean gradient, for a preconditioner.
     std::vector<Eigen::Matrix3d> cell_rotations(Vec u) const;
     /// The same from rotations.single_u; levels in single precision only.
@@ -162,6 +165,13 @@ class LevelAssembler {
                              std::span<const double> v, std::span<double> f) const;
     /// Whether hexahedra take the cell's mean dilation.
     bool has_mean_dilation() const { return has_mean_dilation_; }
+    /// visit(n as a constant) for the nodes of an element of this level.
+    template <class Visitor>
+    decltype(auto) with_shape(Visitor&& visitor) const {
+        if (!share_.hexahedra.empty()) return visitor(std::integral_constant<int, 8>{});
+        return share_.edge_nodes.empty() ? visitor(std::integral_constant<int, 4>{})
+                                         : visitor(std::integral_constant<int, 10>{});
+    }
     /// Lame's moduli of a local tet or hexahedron.
     std::pair<double, double> lame_moduli(std::size_t e) const {
         return {moduli(e).lambda, moduli(e).mu};
@@ -289,13 +299,6 @@ class LevelAssembler {
     /// Adds factor K at `at`.
     void add_stiffness(BlockMatrix::Filling& matrix, const Configuration& at, double factor,
                        Tangent tangent);
-    /// visit(n as a constant) for the nodes of an element of this level.
-    template <class Visitor>
-    decltype(auto) with_shape(Visitor&& visitor) const {
-        if (!share_.hexahedra.empty()) return visitor(std::integral_constant<int, 8>{});
-        return share_.edge_nodes.empty() ? visitor(std::integral_constant<int, 4>{})
-                                         : visitor(std::integral_constant<int, 10>{});
-    }
     template <int nodes>
     Nodal<nodes> values_at(std::size_t e, const double* values) const {
         Nodal<nodes> u;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 
+#include "mechanics/hex_kernels.hpp"
 #include "mechanics/materials/kinematics.hpp"
 #include "mechanics/rotation.hpp"
 #include "mechanics/tet_kernels.hpp"
@@ -73,7 +74,7 @@ Eigen::Matrix3d rotation_in(const ConstitutiveModel& model, const Eigen::Matrix3
 template <int nodes, class Stress>
 void PointwiseLaw::add(const TetBatches<float, nodes>& batches, BatchRange range,
                        std::span<const float> u, std::span<float> f, Stress&& stress) const {
-    using Shape = TetShape<nodes>;
+    using Shape = ElementShape<nodes>;
     for (std::size_t k = range.begin; k < range.end; ++k)
         visit_lanes(models_, batches, k,
                     [&](int lane, const PointwiseModels::Moduli& m, const TetElement& element) {
@@ -126,6 +127,11 @@ void PointwiseLaw::add_forces(const TetBatches<float, 10>& batches, BatchRange r
     add(batches, range, u, f, stress_of);
 }
 
+void PointwiseLaw::add_forces(const TetBatches<float, 8>& batches, BatchRange range, Rotations,
+                              std::span<const float> u, std::span<float> f) const {
+    add(batches, range, u, f, stress_of);
+}
+
 void PointwiseLaw::add_stiffness_times(float factor, const TetBatches<float>& batches,
                                        BatchRange range, Rotations, std::span<const float> u,
                                        std::span<const float> v, std::span<float> f) const {
@@ -133,6 +139,12 @@ void PointwiseLaw::add_stiffness_times(float factor, const TetBatches<float>& ba
 }
 
 void PointwiseLaw::add_stiffness_times(float factor, const TetBatches<float, 10>& batches,
+                                       BatchRange range, Rotations, std::span<const float> u,
+                                       std::span<const float> v, std::span<float> f) const {
+    add_products(factor, batches, range, u, v, f);
+}
+
+void PointwiseLaw::add_stiffness_times(float factor, const TetBatches<float, 8>& batches,
                                        BatchRange range, Rotations, std::span<const float> u,
                                        std::span<const float> v, std::span<float> f) const {
     add_products(factor, batches, range, u, v, f);

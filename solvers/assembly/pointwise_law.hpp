@@ -64,10 +64,15 @@ class PointwiseLaw final : public BatchLaw {
                     std::span<const float> u, std::span<float> f) const override;
     void add_forces(const TetBatches<float, 10>& batches, BatchRange range, Rotations,
                     std::span<const float> u, std::span<float> f) const override;
+    void add_forces(const TetBatches<float, 8>& batches, BatchRange range, Rotations,
+                    std::span<const float> u, std::span<float> f) const override;
     void add_stiffness_times(float factor, const TetBatches<float>& batches, BatchRange range,
                              Rotations, std::span<const float> u, std::span<const float> v,
                              std::span<float> f) const override;
     void add_stiffness_times(float factor, const TetBatches<float, 10>& batches, BatchRange range,
+                             Rotations, std::span<const float> u, std::span<const float> v,
+                             std::span<float> f) const override;
+    void add_stiffness_times(float factor, const TetBatches<float, 8>& batches, BatchRange range,
                              Rotations, std::span<const float> u, std::span<const float> v,
                              std::span<float> f) const override;
     const MixedLaw& mixed() const override { return mixed_; }

@@ -54,7 +54,7 @@ void DisplacementSolver::add_level(const DistributedHierarchy& mesh, const Elast
             m.young_Pa = 2 * m.mu();
             m.poisson = 0;
         }
-    if (l > 0)
+    if (l > 0 && !is_grid)  // cells have shares
         volumes_ = carried_volumes(hierarchy.levels[l - 1],
                                    l == 1 ? tet_volumes(hierarchy.levels.front()) : volumes_,
                                    hierarchy.transfers[l - 1], hierarchy.levels[l]);

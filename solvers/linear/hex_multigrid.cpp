@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 
+#include "mesh/hex_transfer.hpp"
+
 namespace livetet {
 
 namespace {
@@ -16,34 +18,6 @@ using Corners = Eigen::Matrix<double, 3, 8>;
 
 /// Chebyshev's interval, relative to the largest eigenvalue. That is estimated from below.
 constexpr double margin = 1.1, smallest_smoothed = 0.06;
-constexpr int places_in_parent = 27;
-
-/// Values of a cell's corner functions at the 27 places of its halves: place i + 3 j + 9 k is at
-/// (i, j, k) / 2.
-using PlaceWeights = std::array<std::array<double, 8>, places_in_parent>;
-const PlaceWeights& place_weights() {
-    static const PlaceWeights weights = [] {
-        PlaceWeights all{};
-        for (int place = 0; place < places_in_parent; ++place) {
-            const int at[3] = {place % 3, place / 3 % 3, place / 9};
-            for (int c = 0; c < 8; ++c) {
-                double w = 1;
-                for (int d = 0; d < 3; ++d) w *= (c >> d & 1 ? at[d] : 2 - at[d]) / 2.0;
-                all[place][c] = w;
-            }
-        }
-        return all;
-    }();
-    return weights;
-}
-
-/// The place in the parent of a corner of the cell in an octant.
-int place_of(int octant, int corner) {
-    int place = 0, power = 1;
-    for (int d = 0; d < 3; ++d, power *= 3)
-        place += power * ((octant >> d & 1) + (corner >> d & 1));
-    return place;
-}
 
 /// P of the cell in each octant, on components.
 template <class Matrix>
@@ -56,7 +30,7 @@ const std::array<Matrix, 8>& octant_transfers() {
                 for (int j = 0; j < 8; ++j)
                     for (int d = 0; d < 3; ++d)
                         all[octant](3 * i + d, 3 * j + d) = static_cast<typename Matrix::Scalar>(
-                            place_weights()[place_of(octant, i)][j]);
+                            corner_values_at_places()[place_in_parent(octant, i)][j]);
         }
         return all;
     }();
@@ -88,21 +62,11 @@ HexMultigrid::HexMultigrid(std::vector<HexLevel> levels, HexCells cells, int smo
         const Eigen::Index size = 3 * static_cast<Eigen::Index>(level.grid.nodes);
         level.free = Vector::Ones(size);
         for (Vector* v : {&level.x, &level.r, &level.d, &level.w}) *v = Vector::Zero(size);
-        if (levels_.size() < levels.size()) number_transfer(level, level.from);
+        if (levels_.size() < levels.size()) level.from = places_in_coarser(level.grid);
     }
     cells_at_node_.assign(levels_.front().grid.nodes, 0);
     for (const Hexahedron& cell : levels_.front().grid.cells)
         for (const std::int32_t n : cell) ++cells_at_node_[n];
-}
-
-void HexMultigrid::number_transfer(const Level& fine, std::vector<std::int32_t>& from) const {
-    from.assign(fine.grid.nodes, 0);
-    for (std::size_t e = 0; e < fine.grid.cells.size(); ++e) {
-        const int octant = octant_of(fine.grid.places[e]);
-        for (int c = 0; c < 8; ++c)
-            from[fine.grid.cells[e][c]] =
-                places_in_parent * fine.grid.parents[e] + place_of(octant, c);
-    }
 }
 
 void HexMultigrid::set_constrained(std::span<const std::uint8_t> components) {
@@ -373,7 +337,7 @@ void HexMultigrid::cycle_from(std::size_t l) {
     level.r -= level.w;
     coarse.r.setZero();
     for (std::size_t n = 0; n < level.from.size(); ++n) {
-        const auto& weights = place_weights()[level.from[n] % places_in_parent];
+        const auto& weights = corner_values_at_places()[level.from[n] % places_in_parent];
         const Hexahedron& cell = coarse.grid.cells[level.from[n] / places_in_parent];
         for (int c = 0; c < 8; ++c)
             if (weights[c] != 0)
@@ -384,7 +348,7 @@ void HexMultigrid::cycle_from(std::size_t l) {
     cycle_from(l + 1);
     level.d.setZero();
     for (std::size_t n = 0; n < level.from.size(); ++n) {
-        const auto& weights = place_weights()[level.from[n] % places_in_parent];
+        const auto& weights = corner_values_at_places()[level.from[n] % places_in_parent];
         const Hexahedron& cell = coarse.grid.cells[level.from[n] / places_in_parent];
         for (int c = 0; c < 8; ++c)
             if (weights[c] != 0)

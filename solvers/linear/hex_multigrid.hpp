@@ -67,11 +67,10 @@ class HexMultigrid {
         Vector free;                           ///< of each component: 1, or 0 where none moves it
         std::vector<Eigen::Matrix3d> inverse;  ///< of each node's diagonal block
         double largest = 0;                    ///< eigenvalue of the preconditioned operator
-        std::vector<std::int32_t> from;        ///< of each node: 27 x coarse cell + place in it
+        std::vector<std::int32_t> from;        ///< see places_in_coarser
         Vector x, r, d, w;
     };
 
-    void number_transfer(const Level& fine, std::vector<std::int32_t>& from) const;
     /// Element matrix of a cell with its part of D, without constrained rows and columns.
     Matrix24f element_matrix(std::size_t level, std::size_t cell) const;
     void find_uniform_cells();

@@ -133,7 +133,7 @@ std::unique_ptr<LinearSolver> make_linear_solver(const DistributedHierarchy& mes
                                                  const ElasticModel& model,
                                                  const SolverOptions& options, ThreadTeam& team) {
     using Role = DisplacementSolver::Role;
-    if (!mesh.hierarchy.levels.front().hexahedra.empty())
+    if (!mesh.hierarchy.levels.front().hexahedra.empty() && options.kind != SolverKind::live)
         return std::make_unique<HexSolver>(mesh, model, options);
     if (resolved_formulation(model) == Formulation::displacement)
         return make_displacement_solver(mesh, model, options, Role::solver, team);

@@ -17,6 +17,12 @@ std::vector<Material> of_bodys_model(std::span<const Material> materials) {
     return all;
 }
 
+GridHierarchy grid_of(const MeshHierarchy& hierarchy) {
+    const TetMesh& mesh = hierarchy.levels.front();
+    return mesh.hexahedra.empty() ? GridHierarchy{}
+                                  : grid_hierarchy(mesh, GridCycle::cells_to_invert);
+}
+
 int rank_count(MPI_Comm comm) {
     int ranks = 1;
     MPI_Comm_size(comm, &ranks);
@@ -27,35 +33,51 @@ int rank_count(MPI_Comm comm) {
 
 LiveSolver::LiveSolver(const DistributedHierarchy& mesh, const ElasticModel& model,
                        const SolverOptions& options, Role role, ThreadTeam& team)
-    : DisplacementSolver(mesh, role, team), constraints_(mesh.hierarchy) {
+    : DisplacementSolver(mesh, role, team),
+      grid_(grid_of(mesh.hierarchy)),
+      constraints_(grid_.levels.empty() ? mesh.hierarchy : grid_.meshes) {
     if (const std::string reason = why_not_live(model, mesh.hierarchy, rank_count(mesh.comm));
         !reason.empty())
         fail("solver.kind = live: {}", reason);
+    const MeshHierarchy& hierarchy = grid_.levels.empty() ? mesh.hierarchy : grid_.meshes;
+    add_levels({mesh.comm, hierarchy}, model);
+    make_multigrid(hierarchy, options.smoothing_steps > 0 ? options.smoothing_steps : 1);
+    shell_ = make_shell_matrix<&LiveSolver::multiply>(mesh.comm, 3 * fine().share().owned, *this);
+    make_krylov(mesh.comm, ErrorEstimate::from_steps);
+    if (role == Role::solver) watch_curvature(&is_curved_down_);
+}
+
+void LiveSolver::add_levels(const DistributedHierarchy& mesh, const ElasticModel& model) {
     const std::vector<Material> materials = of_bodys_model(model.materials);
     const ElasticModel hooke{
         materials, is_small_strain(model.materials, model.strain) ? "linear" : "corotated",
         Formulation::displacement};
     for (std::size_t l = 0; l < mesh.hierarchy.levels.size(); ++l)
         add_level(mesh, l == 0 ? model : hooke, SinglePrecision{});
-    const bool is_quadratic = !mesh.hierarchy.levels.front().edge_nodes.empty();
+}
+
+void LiveSolver::make_multigrid(const MeshHierarchy& hierarchy, int smoothing_steps) {
+    const HeapMeter meter(&costs_.preconditioner);
+    const bool is_quadratic = !hierarchy.levels.front().edge_nodes.empty();
+    const bool is_grid = !grid_.levels.empty();
     std::vector<LevelAssembler*> levels;
     std::vector<const BarycentricMap*> maps;
     for (std::size_t l = is_quadratic ? 1 : 0; l < levels_.size(); ++l) {
         levels.push_back(levels_[l].get());
-        if (l + 1 < levels_.size()) maps.push_back(&mesh.hierarchy.transfers[l]);
+        if (l + 1 < levels_.size()) maps.push_back(&hierarchy.transfers[l]);
     }
-    const HeapMeter meter(&costs_.preconditioner);
-    const int steps = options.smoothing_steps > 0 ? options.smoothing_steps : 1;
-    multigrid_ =
-        std::make_unique<SinglePrecisionMultigrid>(std::move(levels), std::move(maps), steps, team);
-    if (is_quadratic || !fine().has_frozen_force())  // always in the mixed form
-        fine_ = std::make_unique<MatrixFreeOperator>(fine(), team);
+    if (is_grid || is_quadratic || !fine().has_frozen_force())  // always in the mixed form
+        fine_ = std::make_unique<MatrixFreeOperator>(fine(), team_);
+    if (is_grid) {
+        hexahedral_ =
+            std::make_unique<GridCycle>(std::move(levels), grid_.levels, smoothing_steps, team_);
+        return;
+    }
+    multigrid_ = std::make_unique<SinglePrecisionMultigrid>(std::move(levels), std::move(maps),
+                                                            smoothing_steps, team_);
     if (is_quadratic)
-        quadratic_ = std::make_unique<QuadraticCycle>(*fine_, *levels_[1], *multigrid_,
-                                                      mesh.hierarchy.transfers[0], steps, team);
-    shell_ = make_shell_matrix<&LiveSolver::multiply>(mesh.comm, 3 * fine().share().owned, *this);
-    make_krylov(mesh.comm, ErrorEstimate::from_steps);
-    if (role == Role::solver) watch_curvature(&is_curved_down_);
+        quadratic_ = std::make_unique<QuadraticCycle>(
+            *fine_, *levels_[1], *multigrid_, hierarchy.transfers[0], smoothing_steps, team_);
 }
 
 void LiveSolver::configure(PC pc) {
@@ -76,7 +98,10 @@ void LiveSolver::set_springs(std::span<const double> stiffness) {
 
 void LiveSolver::take_constraints() {
     if (fine_) fine_->set_constrained();
-    multigrid_->set_constrained();
+    if (hexahedral_)
+        hexahedral_->set_constrained();
+    else
+        multigrid_->set_constrained();
     invalidate();
 }
 
@@ -91,12 +116,16 @@ RenewalExtent LiveSolver::renew(const Configuration& at, const OperatorTerms& te
     const double s = terms.whole_stiffness(), m = terms.mass;
     if (fine_) fine_->update(*at.rotations, s, m);
     if (terms.tangent == Tangent::positive) take_positive();
+    if (hexahedral_) {
+        hexahedral_->update(*at.rotations, s, m);
+        return RenewalExtent::whole;
+    }
     return quadratic_ ? quadratic_->update(*at.rotations, s, m, wanted)
                       : multigrid_->update(*at.rotations, s, m, wanted);
 }
 
 void LiveSolver::multiply(std::span<const double> x, std::span<double> y) {
-    if (!fine_ || (!quadratic_ && fine_->tangent() != Tangent::exact)) {
+    if (!fine_ || (!quadratic_ && !hexahedral_ && fine_->tangent() != Tangent::exact)) {
         multigrid_->multiply(x, y);
         return;
     }
@@ -122,7 +151,9 @@ void LiveSolver::multiply_mixed(MatrixFreeCoupling& coupling, std::span<const do
 }
 
 void LiveSolver::cycle(std::span<const double> r, std::span<double> z) {
-    if (quadratic_)
+    if (hexahedral_)
+        hexahedral_->cycle(r, z);
+    else if (quadratic_)
         quadratic_->cycle(r, z);
     else
         multigrid_->cycle(r, z);
@@ -136,13 +167,16 @@ bool LiveSolver::change_preconditioner(KSPConvergedReason reason) {
 }
 
 double LiveSolver::bytes_of_solve(double iterations) const {
-    return (iterations + max_guesses) *
-               (fine_ ? fine_->bytes_of_multiply() : multigrid_->bytes_of_multiply()) +
-           iterations * (quadratic_ ? quadratic_->bytes_of_cycle() : multigrid_->bytes_of_cycle());
+    const double product = fine_ ? fine_->bytes_of_multiply() : multigrid_->bytes_of_multiply();
+    const double cycle = hexahedral_  ? hexahedral_->bytes_of_cycle()
+                         : quadratic_ ? quadratic_->bytes_of_cycle()
+                                      : multigrid_->bytes_of_cycle();
+    return (iterations + max_guesses) * product + iterations * cycle;
 }
 
 std::string LiveSolver::preconditioner_name() const {
-    return fmt::format("multigrid in single precision, {} levels, rediscretised", level_count());
+    return fmt::format("multigrid in single precision{}, {} levels, rediscretised",
+                       hexahedral_ ? " over hexahedra" : "", level_count());
 }
 
 }  // namespace livetet

@@ -3,6 +3,7 @@
 #include "solvers/assembly/matrix_free_coupling.hpp"
 #include "solvers/linear/coarse_constraints.hpp"
 #include "solvers/linear/displacement_solver.hpp"
+#include "solvers/linear/grid_cycle.hpp"
 #include "solvers/linear/matrix_free_operator.hpp"
 #include "solvers/linear/quadratic_cycle.hpp"
 #include "solvers/linear/single_precision_multigrid.hpp"
@@ -15,7 +16,8 @@ namespace livetet {
 /// For tets of four nodes and Hooke's law, the finest operator is the multigrid's. For other laws
 /// it is the law's tangent, without a matrix, and the multigrid is that of Hooke's law turned by
 /// the rotation of each tet; where the tangent is not positive, solves go on with Hooke's law in
-/// its place. For tets of ten nodes, the multigrid is that of the same tets with four.
+/// its place. For tets of ten nodes, the multigrid is that of the same tets with four. A grid of
+/// hexahedra has a GridCycle in its place, and no matrix on any level.
 ///
 /// In the mixed form (role `preconditioner`) it is the cycle alone, and multiply_mixed the product
 /// of the whole operator; SaddlePointSolver has the rest.
@@ -30,7 +32,9 @@ class LiveSolver : public DisplacementSolver {
     void set_constrained(std::span<const std::uint8_t> components) override;
     void set_springs(std::span<const double> stiffness) override;
     void find_mass() override;
-    double bytes_of_update() const override { return multigrid_->bytes_of_update(); }
+    double bytes_of_update() const override {
+        return multigrid_ ? multigrid_->bytes_of_update() : 0;
+    }
     double bytes_of_solve(double iterations) const override;
 
     /// The frame's operator and its preconditioner, on the displacements' components.
@@ -53,11 +57,15 @@ class LiveSolver : public DisplacementSolver {
     bool change_preconditioner(KSPConvergedReason reason) override;
     Mat matrix() const override { return shell_.get(); }
     void take_constraints();
+    void add_levels(const DistributedHierarchy& mesh, const ElasticModel& model);
+    void make_multigrid(const MeshHierarchy& hierarchy, int smoothing_steps);
 
+    GridHierarchy grid_;  ///< empty unless the body is a grid
     CoarseConstraints constraints_;
     std::unique_ptr<SinglePrecisionMultigrid> multigrid_;
     std::unique_ptr<MatrixFreeOperator> fine_;   ///< null: the multigrid's
-    std::unique_ptr<QuadraticCycle> quadratic_;  ///< null: tets of four nodes
+    std::unique_ptr<QuadraticCycle> quadratic_;  ///< of tets of ten nodes
+    std::unique_ptr<GridCycle> hexahedral_;      ///< of a grid, in place of multigrid_
     PetscHandle<Mat> shell_;
     std::vector<double> positive_;  ///< mixed form: Hooke's products
     bool is_curved_down_ = false;   ///< a product of the law's tangent showed negative curvature

@@ -2,9 +2,31 @@
 
 #include <fmt/format.h>
 
+#include "mesh/hex_hierarchy.hpp"
+#include "solvers/linear/grid_cycle.hpp"
 #include "solvers/linear/single_precision_multigrid.hpp"
 
 namespace livetet {
+
+namespace {
+
+std::string why_no_live_grid(const ElasticModel& model, const TetMesh& grid) {
+    if (const ChosenFormulation chosen = choose_formulation(model);
+        chosen.formulation == Formulation::mixed)
+        return fmt::format(
+            "found the mixed form on hexahedra ({}), expected the displacement form (formulation: "
+            "displacement)",
+            chosen.reason);
+    const std::vector<HexLevel> levels = hex_levels(grid, GridCycle::cells_to_invert);
+    if (levels.back().nodes > static_cast<std::int32_t>(GridCycle::max_coarsest_nodes))
+        return fmt::format(
+            "found {} nodes in the coarsest level of a grid of {} hexahedra, expected at most {}: "
+            "its cells hang together too little to be joined to larger ones",
+            levels.back().nodes, grid.hexahedra.size(), GridCycle::max_coarsest_nodes);
+    return {};
+}
+
+}  // namespace
 
 std::string why_not_live(const ElasticModel& model, const MeshHierarchy& hierarchy, int ranks) {
     constexpr std::size_t max_coarsest_nodes = SinglePrecisionMultigrid::max_coarsest_nodes;
@@ -13,6 +35,8 @@ std::string why_not_live(const ElasticModel& model, const MeshHierarchy& hierarc
     if (const double contrast = contrast_of(model.materials); contrast > max_contrast)
         return fmt::format("found Young's moduli a factor of {:.3g} apart, expected at most {:g}",
                            contrast, max_contrast);
+    if (const TetMesh& mesh = hierarchy.levels.front(); !mesh.hexahedra.empty())
+        return why_no_live_grid(model, mesh);
     const bool is_quadratic = !hierarchy.levels.front().edge_nodes.empty();
     const std::size_t levels = hierarchy.levels.size() - (is_quadratic ? 1 : 0);
     if (const std::size_t nodes = hierarchy.levels.back().nodes.size();

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "mechanics/tet_kernels.hpp"
+#include "mechanics/hex_kernels.hpp"
 
 namespace livetet {
 
@@ -13,7 +13,7 @@ namespace {
 /// which rotations do not change.
 template <int nodes>
 std::vector<float> diagonal_stiffness(const LevelAssembler& level) {
-    using Shape = TetShape<nodes>;
+    using Shape = ElementShape<nodes>;
     std::vector<float> diagonal(level.share().nodes.size(), 0.0F);
     const std::vector<TetElement> elements = level.elements();
     for (std::size_t e = 0; e < elements.size(); ++e) {
@@ -34,8 +34,8 @@ std::vector<float> diagonal_stiffness(const LevelAssembler& level) {
 MatrixFreeOperator::MatrixFreeOperator(LevelAssembler& level, ThreadTeam& team)
     : level_(level),
       team_(team),
-      stiffness_(level.share().edge_nodes.empty() ? diagonal_stiffness<4>(level)
-                                                  : diagonal_stiffness<10>(level)),
+      stiffness_(level.with_shape(
+          [&](auto count) { return diagonal_stiffness<decltype(count)::value>(level); })),
       x_(3 * stiffness_.size() + 1, 0.0F),
       force_(x_.size(), 0.0F),
       shift_(3 * stiffness_.size(), 0.0F),

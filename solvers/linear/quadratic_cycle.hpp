@@ -3,16 +3,14 @@
 #include <span>
 #include <vector>
 
-#include "solvers/linear/matrix_free_operator.hpp"
+#include "solvers/linear/matrix_free_smoother.hpp"
 #include "solvers/linear/node_transfer.hpp"
 #include "solvers/linear/single_precision_multigrid.hpp"
 
 namespace livetet {
 
-/// A multigrid cycle for tets of ten nodes: Chebyshev smoothing on the finest level, without a
-/// matrix, around a SinglePrecisionMultigrid of the tets with four nodes that they were made from.
-/// The smoother's operator is Hooke's law turned by the rotation of each tet, whatever the law: it
-/// is positive, and its eigenvalues over the diagonal do not change as the body turns.
+/// A multigrid cycle for tets of ten nodes: a MatrixFreeSmoother on the finest level around a
+/// SinglePrecisionMultigrid of the tets with four nodes that they were made from.
 class QuadraticCycle {
   public:
     /// All must outlive this. `map` places the nodes of the ten-node tets in those with four;
@@ -22,7 +20,7 @@ class QuadraticCycle {
                    int smoothing_steps, ThreadTeam& team);
 
     /// Constraints are new.
-    void set_constrained() { bound_ = 0; }
+    void set_constrained() { smoother_.forget_bound(); }
     /// Renews the multigrid below for the displacement of `at`; `fine` was updated before. See
     /// SinglePrecisionMultigrid::update.
     RenewalExtent update(const ElementRotations& at, double s, double m, RenewalExtent wanted);
@@ -34,11 +32,6 @@ class QuadraticCycle {
     }
 
   private:
-    /// ChebyshevSteps for A x = b; `from_zero`: x is 0.
-    void smooth(bool from_zero);
-    /// The largest eigenvalue of D^-1 A without mass and springs, which only lower it, from 20
-    /// steps of power iteration.
-    void find_bound();
     void correct_by_linear_tets();
 
     MatrixFreeOperator& fine_;
@@ -48,11 +41,11 @@ class QuadraticCycle {
     TransposedMap restriction_;
     std::vector<std::int32_t> corner_of_;  ///< of each node of four-node tets: the same of the fine
     int smoothing_steps_;
+    MatrixFreeSmoother smoother_;
     ThreadTeam& team_;
     ElementRotations linear_rotations_;
-    std::vector<float> b_, x_, d_, r_;
+    std::vector<float> r_;
     std::vector<double> coarse_r_, coarse_z_;
-    double bound_ = 0;  ///< 0: to be found
 };
 
 }  // namespace livetet

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <numeric>
 
+#include "mechanics/hex_lanes.hpp"
 #include "mechanics/lanes.hpp"
 #include "mechanics/materials/corotated.hpp"
 #include "mechanics/rotation.hpp"
@@ -130,6 +131,10 @@ BatchParts part_batches(std::span<const std::array<std::int32_t, 4>> tets, int p
 
 BatchParts part_batches(std::span<const std::array<std::int32_t, 10>> tets, int parts, int width) {
     return part_lanes(tets, parts, width);
+}
+
+BatchParts part_batches(std::span<const std::array<std::int32_t, 8>> cells, int parts, int width) {
+    return part_lanes(cells, parts, width);
 }
 
 template <class Real, int nodes>
@@ -459,6 +464,9 @@ LIVETET_INSTANTIATE(double)
 
 template class TetBatches<float, 10>;
 template void update_rotations(const TetBatches<float, 10>&, BatchRange, std::span<const float>,
+                               std::span<RotationBatch<float>>);
+template class TetBatches<float, 8>;
+template void update_rotations(const TetBatches<float, 8>&, BatchRange, std::span<const float>,
                                std::span<RotationBatch<float>>);
 
 }  // namespace livetet

@@ -13,7 +13,8 @@
 /// register; `Real` is float or double. All are pure, allocate nothing, and run over a range of
 /// batches: ranges whose tets share no node (add_*) or no block (assemble) may run at once. Vectors
 /// of nodes hold 3 numbers a node, x y z; those of floats one number behind the last node's, which
-/// is read but not used. batch_law.hpp has the kernels of other laws, and of tets of ten nodes.
+/// is read but not used. batch_law.hpp has the kernels of other laws, and of tets of ten nodes and
+/// hexahedra.
 namespace livetet {
 
 /// Tets in a batch: one AVX register's worth, whatever the compiler's flags, so that every file
@@ -21,7 +22,8 @@ namespace livetet {
 template <class Real>
 inline constexpr int batch_width = 32 / sizeof(Real);
 
-/// What the kernels read of `batch_width` tets of 4 or 10 nodes; `[..][lane]`.
+/// What the kernels read of `batch_width` tets of 4 or 10 nodes, or hexahedra of 8 by their corner
+/// tets (ElementShape<8>); `[..][lane]`.
 template <class Real, int nodes = 4>
 struct alignas(32) TetBatch {
     Real gradients[9][batch_width<Real>];  ///< row 3 i + a: component a of g_{i+1}, 1/m; g_0 = -
@@ -61,6 +63,7 @@ struct BatchParts {
 /// (sort_for_locality).
 BatchParts part_batches(std::span<const std::array<std::int32_t, 4>> tets, int parts, int width);
 BatchParts part_batches(std::span<const std::array<std::int32_t, 10>> tets, int parts, int width);
+BatchParts part_batches(std::span<const std::array<std::int32_t, 8>> cells, int parts, int width);
 
 /// The tets of a mesh in batches. Empty lanes hold copies of a tet that have no volume: their
 /// forces and stiffness are zero.
@@ -69,7 +72,7 @@ class TetBatches {
   public:
     using Nodes = std::array<std::int32_t, nodes>;
     /// Quadrature points of a tet.
-    static constexpr int points = nodes == 10 ? 4 : 1;
+    static constexpr int points = nodes == 8 ? 8 : nodes == 10 ? 4 : 1;
 
     /// `tets[e]`: the nodes of `elements[e]`. One after the other, or as `parts` says.
     TetBatches(std::span<const TetElement> elements, std::span<const Nodes> tets);

@@ -11,7 +11,7 @@ using namespace lanes;
 /// P = R (2 mu eps + lambda tr(eps) I), eps = sym(R^T F) - I; with R held its derivative is the
 /// same of eps = sym(R^T dF).
 struct HookeInLanes {
-    static constexpr bool rotates = true;
+    static constexpr bool rotates = true, is_affine = true;
     using Number = Lanes<float>;
     using Matrix = Mat3<float>;
 

@@ -7,8 +7,8 @@
 
 namespace livetet {
 
-/// A constitutive model over batches of tets of four or ten nodes, in single precision: the forces
-/// and tangent products of a live frame. With w_q the volume of a quadrature point,
+/// A constitutive model over batches of tets of four or ten nodes or of hexahedra, in single
+/// precision: the forces and tangent products of a live frame. With w_q the volume of a quadrature point,
 ///
 ///     f_i = sum_q w_q P(F_q) grad N_i,   K(u) v = d f / d u . v.
 ///
@@ -29,6 +29,9 @@ class BatchLaw {
     virtual void add_forces(const TetBatches<float, 10>& batches, BatchRange range,
                             Rotations rotations, std::span<const float> u,
                             std::span<float> f) const = 0;
+    virtual void add_forces(const TetBatches<float, 8>& batches, BatchRange range,
+                            Rotations rotations, std::span<const float> u,
+                            std::span<float> f) const = 0;
 
     /// f += factor K(u) v, K the derivative of the forces, rotations held.
     virtual void add_stiffness_times(float factor, const TetBatches<float>& batches,
@@ -36,6 +39,10 @@ class BatchLaw {
                                      std::span<const float> u, std::span<const float> v,
                                      std::span<float> f) const = 0;
     virtual void add_stiffness_times(float factor, const TetBatches<float, 10>& batches,
+                                     BatchRange range, Rotations rotations,
+                                     std::span<const float> u, std::span<const float> v,
+                                     std::span<float> f) const = 0;
+    virtual void add_stiffness_times(float factor, const TetBatches<float, 8>& batches,
                                      BatchRange range, Rotations rotations,
                                      std::span<const float> u, std::span<const float> v,
                                      std::span<float> f) const = 0;

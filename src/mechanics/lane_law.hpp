@@ -1,6 +1,7 @@
 #pragma once
 
 #include "mechanics/batch_law.hpp"
+#include "mechanics/hex_lanes.hpp"
 #include "mechanics/lane_mixed_law.hpp"
 
 namespace livetet {
@@ -17,7 +18,9 @@ namespace livetet {
 ///     };
 ///
 /// and what LaneMixedLaw asks for; static functions, with Number and Matrix as below. Both are
-/// linear in the moduli, which come multiplied by the volume of the point.
+/// linear in the moduli, which come multiplied by the volume of the point. A law whose increment
+/// does not depend on H says so by `static constexpr bool is_affine = true`; it is given zeros, and
+/// products need no displacement.
 template <class Law>
 class LaneLaw : public BatchLaw {
   public:
@@ -36,6 +39,10 @@ class LaneLaw : public BatchLaw {
                                      std::span<float> f) const override {
         add_all_forces(batches, range, rotations, u, f);
     }
+    void add_forces(const TetBatches<float, 8>& batches, BatchRange range, Rotations rotations,
+                    std::span<const float> u, std::span<float> f) const override {
+        add_all_forces(batches, range, rotations, u, f);
+    }
     [[gnu::flatten]] void add_stiffness_times(float factor, const TetBatches<float>& batches,
                                               BatchRange range, Rotations rotations,
                                               std::span<const float> u, std::span<const float> v,
@@ -47,12 +54,29 @@ class LaneLaw : public BatchLaw {
                              std::span<const float> v, std::span<float> f) const override {
         add_products(factor, batches, range, rotations, u, v, f);
     }
+    void add_stiffness_times(float factor, const TetBatches<float, 8>& batches, BatchRange range,
+                             Rotations rotations, std::span<const float> u,
+                             std::span<const float> v, std::span<float> f) const override {
+        add_products(factor, batches, range, rotations, u, v, f);
+    }
     const MixedLaw& mixed() const override {
         static const LaneMixedLaw<Law> law;
         return law;
     }
 
   private:
+    struct NoGradients {
+        template <class Batch>
+        NoGradients(const Batch&, const float*) {}
+        Matrix at(int) const { return Matrix{}; }
+    };
+    /// Of the displacement, for an increment.
+    template <int nodes>
+    using Gradients = std::conditional_t < requires {
+        requires Law::is_affine;
+    }
+    , NoGradients, lanes::PointGradients < float, nodes >> ;
+
     /// Of point q of batch k, of so many batches.
     template <int points>
     static Matrix rotation_at(Rotations rotations, std::size_t batches, std::size_t k, int q) {
@@ -92,7 +116,8 @@ class LaneLaw : public BatchLaw {
             const auto& b = batches[k];
             const Number lambda = share * lanes::load<float>(b.lambda),
                          mu = share * lanes::load<float>(b.mu);
-            const lanes::PointGradients<float, nodes> H(b, u.data()), dF(b, v.data());
+            const Gradients<nodes> H(b, u.data());
+            const lanes::PointGradients<float, nodes> dF(b, v.data());
             lanes::PointForces<float, nodes> forces(b);
 #pragma GCC unroll 4
             for (int q = 0; q < points; ++q)

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "geometry/nearest_triangle.hpp"
+#include "mesh/grid_surface.hpp"
 #include "mesh/quadratic.hpp"
 
 namespace livetet {
@@ -38,18 +39,20 @@ double held_share(int corners) { return corners == 3 ? 1 : corners / 6.0; }
 
 SurfaceNeighbourhood::SurfaceNeighbourhood(const TetMesh& mesh, const Vector3& place)
     : mesh_(mesh), surface_(surface_triangles(mesh)) {
-    const NearestTriangle::Hit hit = NearestTriangle(mesh.nodes, surface_).find(place);
+    if (!mesh.hexahedra.empty()) smoothed_ = smoothed_surface(mesh, surface_);
+    const std::span<const Vector3> nodes = places();
+    const NearestTriangle::Hit hit = NearestTriangle(nodes, surface_).find(place);
     distance_ = hit.distance;
     at_ = {static_cast<std::size_t>(hit.triangle), hit.place};
     const Triangle& nearest = surface_[at_.triangle];
     centre_ = *std::ranges::min_element(
-        nearest, {}, [&](std::int32_t n) { return (mesh.nodes[n] - place).squaredNorm(); });
+        nearest, {}, [&](std::int32_t n) { return (nodes[n] - place).squaredNorm(); });
 }
 
 namespace {
 
-double area_of(const TetMesh& mesh, const Triangle& t) {
-    const Vector3 &a = mesh.nodes[t[0]], &b = mesh.nodes[t[1]], &c = mesh.nodes[t[2]];
+double area_of(std::span<const Vector3> nodes, const Triangle& t) {
+    const Vector3 &a = nodes[t[0]], &b = nodes[t[1]], &c = nodes[t[2]];
     return (b - a).cross(c - a).norm() / 2;
 }
 
@@ -57,10 +60,10 @@ double area_of(const TetMesh& mesh, const Triangle& t) {
 /// surface, with barycentric coordinates L,
 ///     d^2 = sum_i L_i d_i^2 - sum_(i<j) L_i L_j |x_i - x_j|^2.
 /// Counted at the centres of 256 parts.
-double share_within(const TetMesh& mesh, const Triangle& t, const std::array<double, 3>& d,
-                    double radius) {
+double share_within(std::span<const Vector3> nodes, const Triangle& t,
+                    const std::array<double, 3>& d, double radius) {
     constexpr int cuts = 16;
-    const Vector3 &a = mesh.nodes[t[0]], &b = mesh.nodes[t[1]], &c = mesh.nodes[t[2]];
+    const Vector3 &a = nodes[t[0]], &b = nodes[t[1]], &c = nodes[t[2]];
     const double ab = (b - a).squaredNorm(), bc = (c - b).squaredNorm(), ca = (a - c).squaredNorm();
     int inside = 0;
     const auto count = [&](double x, double y) {
@@ -78,11 +81,11 @@ double share_within(const TetMesh& mesh, const Triangle& t, const std::array<dou
 }
 
 /// The longest edge of the triangles with a corner within `radius` of a place.
-double longest_edge_near(const TetMesh& mesh, std::span<const Triangle> triangles,
+double longest_edge_near(std::span<const Vector3> nodes, std::span<const Triangle> triangles,
                          const Vector3& place, double radius) {
     double longest = 0;
     for (const Triangle& t : triangles) {
-        const Vector3 &a = mesh.nodes[t[0]], &b = mesh.nodes[t[1]], &c = mesh.nodes[t[2]];
+        const Vector3 &a = nodes[t[0]], &b = nodes[t[1]], &c = nodes[t[2]];
         const double edge = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
         if ((a - place).norm() <= radius + edge) longest = std::max(longest, edge);
     }
@@ -104,13 +107,13 @@ SurfacePatch SurfaceNeighbourhood::patch(double radius) const {
     patch.triangle = surface_[at_.triangle];
     patch.centre = centre_;
     // Far enough for all triangles that the disc touches.
-    const double reach = radius + 2 * longest_edge_near(mesh_, surface_, at_.place, radius);
+    const double reach = radius + 2 * longest_edge_near(places(), surface_, at_.place, radius);
     const std::map<std::int32_t, double> near = distances(reach);
     for (const Triangle& t : surface_) {
         std::array<double, 3> d{};
         const bool is_near = std::ranges::all_of(t, [&](auto n) { return near.contains(n); });
         for (int k = 0; is_near && k < 3; ++k) d[k] = near.at(t[k]);
-        if (is_near) patch.disc_area += share_within(mesh_, t, d, radius) * area_of(mesh_, t);
+        if (is_near) patch.disc_area += share_within(places(), t, d, radius) * area_of(places(), t);
     }
     choose_nodes(patch, near);
     find_shape(patch);
@@ -137,7 +140,7 @@ void SurfaceNeighbourhood::choose_nodes(SurfacePatch& patch,
         for (; k < order.size() && order[k].first <= (1 + same) * distance; ++k)
             for (const Triangle* t : around[order[k].second]) {
                 int& in = corners[t];
-                held += (held_share(in + 1) - held_share(in)) * area_of(mesh_, *t);
+                held += (held_share(in + 1) - held_share(in)) * area_of(places(), *t);
                 ++in;
             }
         if (const double off = std::abs(held - patch.disc_area); off < nearest) {
@@ -152,15 +155,16 @@ void SurfaceNeighbourhood::choose_nodes(SurfacePatch& patch,
 
 /// Finds a patch's area, normal and centroid.
 void SurfaceNeighbourhood::find_shape(SurfacePatch& patch) const {
+    const std::span<const Vector3> nodes = places();
     Vector3 moment = Vector3::Zero(), normal = Vector3::Zero();
     for (const Triangle& t : surface_) {
         int corners = 0;
         Vector3 middle = Vector3::Zero();
         for (const std::int32_t n : t)
-            if (std::ranges::binary_search(patch.nodes, n)) ++corners, middle += mesh_.nodes[n];
+            if (std::ranges::binary_search(patch.nodes, n)) ++corners, middle += nodes[n];
         const double share = held_share(corners);
         if (share == 0) continue;
-        const Vector3 &a = mesh_.nodes[t[0]], &b = mesh_.nodes[t[1]], &c = mesh_.nodes[t[2]];
+        const Vector3 &a = nodes[t[0]], &b = nodes[t[1]], &c = nodes[t[2]];
         const Vector3 held = share / 2 * (b - a).cross(c - a);
         patch.area += held.norm();
         moment += held.norm() * (middle / corners - at_.place);
@@ -169,8 +173,7 @@ void SurfaceNeighbourhood::find_shape(SurfacePatch& patch) const {
     moment /= patch.area;
     if (!(normal.norm() > 1e-3 * patch.area)) {  // round a body, or both sides of a plate
         const Triangle& t = surface_[at_.triangle];
-        normal =
-            (mesh_.nodes[t[1]] - mesh_.nodes[t[0]]).cross(mesh_.nodes[t[2]] - mesh_.nodes[t[0]]);
+        normal = (nodes[t[1]] - nodes[t[0]]).cross(nodes[t[2]] - nodes[t[0]]);
     }
     patch.normal = normal.normalized();
     patch.off_centre = moment - moment.dot(patch.normal) * patch.normal;

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <span>
 #include <vector>
 
 #include "mesh/geodesic.hpp"
@@ -25,7 +26,8 @@ struct SurfacePatch {
 };
 
 /// The surface of a mesh about the point of it that is nearest to a place: for patches of several
-/// radii there and the rings about them, which need the mesh's boundary and that point once.
+/// radii there and the rings about them, which need the mesh's boundary and that point once. A
+/// grid's steps are smoothed for all that is measured (smoothed_surface).
 class SurfaceNeighbourhood {
   public:
     /// The mesh has a tet, and outlives this.
@@ -45,7 +47,7 @@ class SurfaceNeighbourhood {
     SurfacePatch patch(double radius) const;
     /// Nodes within `radius` of that point, with their distances along the surface, m.
     std::map<std::int32_t, double> distances(double radius) const {
-        return distances_on_surface(mesh_.nodes, surface_, at_, radius);
+        return distances_on_surface(places(), surface_, at_, radius);
     }
     const TetMesh& mesh() const { return mesh_; }
     std::size_t surface_node_count() const;
@@ -54,7 +56,11 @@ class SurfaceNeighbourhood {
     void choose_nodes(SurfacePatch& patch, const std::map<std::int32_t, double>& distances) const;
     void find_shape(SurfacePatch& patch) const;
 
+    /// Of the nodes, for what is measured, m.
+    std::span<const Vector3> places() const { return smoothed_.empty() ? mesh_.nodes : smoothed_; }
+
     const TetMesh& mesh_;
+    std::vector<Vector3> smoothed_;  ///< of a grid
     std::vector<Triangle> surface_;  ///< each of ten-node tets cut into four
     SurfacePoint at_;
     std::int32_t centre_ = -1;

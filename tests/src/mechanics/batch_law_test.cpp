@@ -1,5 +1,5 @@
-// Constitutive models over batches of tets with four and ten nodes, against the same models point
-// by point in double precision.
+// Constitutive models over batches of tets with four and ten nodes and of hexahedra, against the
+// same models point by point in double precision.
 
 #include "mechanics/batch_law.hpp"
 
@@ -8,11 +8,12 @@
 #include <Eigen/Dense>
 #include <random>
 
+#include "mechanics/hex_kernels.hpp"
 #include "mechanics/materials/kinematics.hpp"
 #include "mechanics/materials/registry.hpp"
 #include "mechanics/rotation.hpp"
-#include "mechanics/tet_kernels.hpp"
 #include "mesh/quadratic.hpp"
+#include "support/hex_grids.hpp"
 #include "support/shapes.hpp"
 
 namespace livetet {
@@ -20,11 +21,17 @@ namespace {
 
 using Eigen::Matrix3d;
 
-/// A block of tets of `nodes` nodes with moduli of their own, bent and pressed at random.
+template <int nodes>
+TetMesh block_of() {
+    if (nodes == 8) return test::hex_grid({3, 3, 2}, {1, 1.2, 0.7});
+    TetMesh tets = test::block({3, 3, 2}, {1, 1.2, 0.7});
+    return nodes == 10 ? quadratic_mesh(tets) : tets;
+}
+
+/// A block of elements of `nodes` nodes with moduli of their own, bent and pressed at random.
 template <int nodes>
 struct BentBlock {
-    TetMesh mesh = nodes == 10 ? quadratic_mesh(test::block({3, 3, 2}, {1, 1.2, 0.7}))
-                               : test::block({3, 3, 2}, {1, 1.2, 0.7});
+    TetMesh mesh = block_of<nodes>();
     std::vector<TetElement> elements;
     std::vector<std::array<std::int32_t, nodes>> tets;
     std::vector<float> u, v;  ///< displacement and direction, one number behind
@@ -32,13 +39,20 @@ struct BentBlock {
     explicit BentBlock(double size) {
         std::mt19937 generator(3);
         std::normal_distribution<double> normal;
-        for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
-            const Tet& t = mesh.tets[e];
+        const std::size_t count = nodes == 8 ? mesh.hexahedra.size() : mesh.tets.size();
+        for (std::size_t e = 0; e < count; ++e) {
+            const Tet t = nodes == 8 ? corner_tet(mesh.hexahedra[e]) : mesh.tets[e];
             elements.push_back(make_element(
                 {mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]},
                 5 + std::abs(normal(generator)), 1 + std::abs(normal(generator))));
-            std::copy_n(t.begin(), 4, tets.emplace_back().begin());
-            for (int i = 4; i < nodes; ++i) tets.back()[i] = mesh.edge_nodes[e][i - 4];
+            auto& of_element = tets.emplace_back();
+            if constexpr (nodes == 8) {
+                elements.back().volume = cell_volume(mesh) * (e == 3 ? 0.4 : 1);  // one in part
+                of_element = mesh.hexahedra[e];
+            } else {
+                std::copy_n(t.begin(), 4, of_element.begin());
+                for (int i = 4; i < nodes; ++i) of_element[i] = mesh.edge_nodes[e][i - 4];
+            }
         }
         for (const Vector3& x : mesh.nodes)
             for (const double bent : {x.y() * x.z(), -x.x() * x.y(), x.x() * x.x()}) {
@@ -48,6 +62,7 @@ struct BentBlock {
         u.push_back(0);
         v.push_back(0);
     }
+    static Tet corner_tet(const Hexahedron& cell) { return {cell[0], cell[1], cell[2], cell[4]}; }
     Eigen::Matrix<double, 3, nodes> at(std::size_t e, const std::vector<float>& values) const {
         Eigen::Matrix<double, 3, nodes> all;
         for (int i = 0; i < nodes; ++i)
@@ -57,7 +72,7 @@ struct BentBlock {
     /// f += factor * sum over points of w stress(element, H, dF) grad N.
     template <class Stress>
     std::vector<double> sum(double factor, Stress&& stress) const {
-        using Shape = TetShape<nodes>;
+        using Shape = ElementShape<nodes>;
         std::vector<double> f(u.size(), 0.0);
         for (std::size_t e = 0; e < tets.size(); ++e)
             for (int q = 0; q < Shape::points; ++q) {
@@ -133,6 +148,7 @@ TEST(BatchLaw, ForcesAndProductsAreThoseOfTheModels) {
         for (const double size : {1e-3, 0.3}) {
             compare<4>(*model, *law, size);
             compare<10>(*model, *law, size);
+            compare<8>(*model, *law, size);
         }
     }
 }
@@ -212,25 +228,39 @@ TEST(BatchLaw, TheMixedFormIsThatOfTheModels) {
     }
 }
 
-TEST(BatchLaw, OneRotationATetIsTakenAtItsCentreAndServesAllItsPoints) {
-    const BentBlock<10> block(0.3);
-    const TetBatches<float, 10> batches(block.elements, block.tets);
+/// Derivatives in the middle of an element by the places at rest.
+TetShape<10>::Gradients central_gradients(const BentBlock<10>& block, std::size_t e) {
+    return TetShape<10>::gradients_at(block.elements[e], Eigen::Vector4d::Constant(0.25));
+}
+ElementShape<8>::Gradients central_gradients(const BentBlock<8>& block, std::size_t e) {
+    return block.elements[e].gradients.rightCols<3>() *
+           ElementShape<8>::local_gradients(Eigen::Vector3d::Constant(0.5));
+}
+
+template <int nodes>
+void compare_rotations() {
+    const BentBlock<nodes> block(0.3);
+    const TetBatches<float, nodes> batches(block.elements, block.tets);
     std::vector<RotationBatch<float>> one(batches.all().end);
     update_rotations(batches, batches.all(), std::span<const float>(block.u), std::span(one));
-    Eigen::Vector4d centre = Eigen::Vector4d::Constant(0.25);
     for (std::size_t lane = 0; lane < block.tets.size(); ++lane) {
         const std::int32_t e = batches.tet_at(lane / 8, lane % 8);
         if (e < 0) continue;
-        const auto g = TetShape<10>::gradients_at(block.elements[e], centre);
+        const auto g = central_gradients(block, e);
         const Matrix3d R = rotation_of(deformation_gradient(block.at(e, block.u) * g.transpose()));
         ASSERT_LT((rotation_at<float>(one, lane) - R).norm(), 1e-5) << e;
     }
     std::vector<RotationBatch<float>> all;
-    for (const RotationBatch<float>& r : one) all.insert(all.end(), 4, r);
+    for (const RotationBatch<float>& r : one) all.insert(all.end(), batches.points, r);
     std::vector<float> f(block.u.size(), 0.0F), g(f);
     hooke_law().add_stiffness_times(1, batches, batches.all(), one, block.u, block.v, f);
     hooke_law().add_stiffness_times(1, batches, batches.all(), all, block.u, block.v, g);
     EXPECT_EQ(f, g);
+}
+
+TEST(BatchLaw, OneRotationAnElementIsTakenAtItsCentreAndServesAllItsPoints) {
+    compare_rotations<10>();
+    compare_rotations<8>();
 }
 
 }  // namespace

@@ -1,0 +1,219 @@
+#include "solvers/linear/grid_cycle.hpp"
+
+#include <Eigen/Dense>
+
+#include <algorithm>
+#include <cmath>
+
+#include "mesh/hex_transfer.hpp"
+
+namespace livetet {
+
+namespace {
+
+/// Minimum number of nodes for which a further thread is woken.
+constexpr std::size_t grain = 150;
+
+/// The corner functions that are not zero at each place of a cell.
+struct PlaceValues {
+    std::array<int, 8> corners{};
+    std::array<float, 8> values{};
+    int count = 0;
+};
+
+std::array<PlaceValues, places_in_parent> make_place_values() {
+    std::array<PlaceValues, places_in_parent> all;
+    for (int place = 0; place < places_in_parent; ++place)
+        for (int c = 0; c < 8; ++c)
+            if (const double value = corner_values_at_places()[place][c]; value != 0) {
+                PlaceValues& p = all[place];
+                p.corners[p.count] = c;
+                p.values[p.count++] = static_cast<float>(value);
+            }
+    return all;
+}
+
+const std::array<PlaceValues, places_in_parent>& place_values() {
+    static const auto values = make_place_values();
+    return values;
+}
+
+/// Change of s or m beyond which the coarsest inverse is made anew.
+bool has_changed(double now, double before) { return std::abs(now - before) > 0.05 * before; }
+
+}  // namespace
+
+struct GridCycle::Level {
+    LevelAssembler& level;
+    MatrixFreeOperator A;
+    MatrixFreeSmoother smoother;
+    ElementRotations rotations;
+    std::vector<float> r;
+    // Of a coarse level:
+    std::vector<std::int32_t> from;  ///< of each node of the next finer one: places_in_coarser
+    std::vector<Hexahedron> cells;
+    std::unique_ptr<TransposedMap> restriction;
+
+    Level(LevelAssembler& l, int smoothing_steps, ThreadTeam& team)
+        : level(l),
+          A(l, team),
+          smoother(A, smoothing_steps),
+          rotations(l.make_rotations_of_cells()),
+          r(A.components() + 1, 0.0F) {}
+
+    std::size_t nodes() const { return A.components() / 3; }
+
+    void connect(const HexLevel& finer, const HexLevel& own) {
+        from = places_in_coarser(finer);
+        cells = own.cells;
+        restriction = std::make_unique<TransposedMap>(nodes(), [&](const auto& visit) {
+            for (std::size_t i = 0; i < from.size(); ++i) {
+                const PlaceValues& p = place_values()[from[i] % places_in_parent];
+                for (int k = 0; k < p.count; ++k)
+                    visit(i, cells[from[i] / places_in_parent][p.corners[k]], p.values[k]);
+            }
+        });
+    }
+
+    /// The value of x at node i of the next finer level.
+    FourFloats interpolate(std::size_t i, const float* x) const {
+        const PlaceValues& p = place_values()[from[i] % places_in_parent];
+        const Hexahedron& cell = cells[from[i] / places_in_parent];
+        FourFloats sum{};
+        for (int k = 0; k < p.count; ++k)
+            sum += p.values[k] * load_node(x + std::ptrdiff_t{3} * cell[p.corners[k]]);
+        return sum;
+    }
+};
+
+GridCycle::GridCycle(std::vector<LevelAssembler*> levels, std::span<const HexLevel> grids,
+                     int smoothing_steps, ThreadTeam& team)
+    : team_(team), smoothing_steps_(smoothing_steps) {
+    for (std::size_t l = 0; l < levels.size(); ++l) {
+        levels_.push_back(std::make_unique<Level>(*levels[l], smoothing_steps, team));
+        if (l > 0) levels_[l]->connect(grids[l - 1], grids[l]);
+    }
+}
+
+GridCycle::~GridCycle() = default;
+
+void GridCycle::set_constrained() {
+    for (auto& level : levels_) {
+        level->A.set_constrained();
+        level->smoother.forget_bound();
+    }
+    is_new_ = true;
+}
+
+void GridCycle::carry_displacements(const ElementRotations& finest) {
+    if (finest.single_u.empty() || !levels_.front()->level.rotates()) return;
+    std::copy(finest.single_u.begin(), finest.single_u.end(),
+              levels_.front()->rotations.single_u.begin());
+    for (std::size_t l = 1; l < levels_.size(); ++l) {
+        const float* fine = levels_[l - 1]->rotations.single_u.data();
+        Level& coarse = *levels_[l];
+        float* u = coarse.rotations.single_u.data();
+        team_.run_pieces(coarse.nodes(), grain, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t n = begin; n < end; ++n)
+                store_node(coarse.restriction->mean(n, fine), u + 3 * n);
+        });
+    }
+    for (auto& level : levels_) level->level.update_single_rotations(level->rotations);
+}
+
+void GridCycle::update(const ElementRotations& at, double s, double m) {
+    carry_displacements(at);
+    for (auto& level : levels_) {
+        level->A.update(level->rotations, s, m);
+        if (level != levels_.back()) level->smoother.find_bound();
+    }
+    if (!is_new_ && !has_changed(s, s_) && !has_changed(m, m_)) return;
+    invert_coarsest();
+    is_new_ = false;
+    s_ = s;
+    m_ = m;
+}
+
+void GridCycle::invert_coarsest() {
+    Level& level = *levels_.back();
+    const auto n = static_cast<Eigen::Index>(level.A.components());
+    Eigen::MatrixXf matrix(n, n);
+    std::vector<float>& x = level.smoother.x();
+    std::fill(x.begin(), x.end(), 0.0F);
+    const auto free = level.A.free();
+    for (Eigen::Index j = 0; j < n; ++j) {
+        x[j] = free[j];
+        level.A.visit_positive(x, [&](std::size_t i, float Ax) {
+            matrix(static_cast<Eigen::Index>(i), j) = free[i] * Ax;
+        });
+        x[j] = 0;
+    }
+    const float largest = std::max(matrix.diagonal().maxCoeff(), 1e-30F);
+    for (Eigen::Index i = 0; i < n; ++i)
+        if (!(matrix(i, i) > 0)) matrix(i, i) = largest;
+    matrix.diagonal() *= 1 + 1e-6F;  // what rounding may have taken from the lowest eigenvalue
+    inverse_.setIdentity(n, n);
+    matrix.llt().solveInPlace(inverse_);
+    for (Eigen::Index i = 0; i < n; ++i)
+        if (free[i] == 0) inverse_(i, i) = 0;
+}
+
+void GridCycle::restrict_residual(std::size_t l) {
+    Level &level = *levels_[l], &coarse = *levels_[l + 1];
+    level.smoother.residual(level.r);
+    const auto free = coarse.A.free();
+    float* b = coarse.smoother.b().data();
+    team_.run_pieces(coarse.nodes(), grain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t n = begin; n < end; ++n) {
+            const FourFloats sum = coarse.restriction->gather(n, level.r.data());
+            for (int c = 0; c < 3; ++c) b[3 * n + c] = free[3 * n + c] * sum[c];
+        }
+    });
+}
+
+void GridCycle::add_correction(std::size_t l) {
+    Level &level = *levels_[l], &coarse = *levels_[l + 1];
+    const auto free = level.A.free();
+    float* x = level.smoother.x().data();
+    const float* from = coarse.smoother.x().data();
+    team_.run_pieces(level.nodes(), grain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const FourFloats value = coarse.interpolate(i, from);
+            for (int c = 0; c < 3; ++c) x[3 * i + c] += free[3 * i + c] * value[c];
+        }
+    });
+}
+
+void GridCycle::descend(std::size_t l) {
+    Level& level = *levels_[l];
+    if (l + 1 == levels_.size()) {
+        const Eigen::Map<const Eigen::VectorXf> b(level.smoother.b().data(), inverse_.rows());
+        float* x = level.smoother.x().data();
+        level.A.over_components([&](std::size_t i) {  // symmetric: rows are columns
+            x[i] = inverse_.col(static_cast<Eigen::Index>(i)).dot(b);
+        });
+        return;
+    }
+    level.smoother.smooth(true);
+    restrict_residual(l);
+    descend(l + 1);
+    add_correction(l);
+    level.smoother.smooth(false);
+}
+
+void GridCycle::cycle(std::span<const double> r, std::span<double> z) {
+    Level& finest = *levels_.front();
+    std::vector<float>&b = finest.smoother.b(), &x = finest.smoother.x();
+    finest.A.over_components([&](std::size_t i) { b[i] = static_cast<float>(r[i]); });
+    descend(0);
+    finest.A.over_components([&](std::size_t i) { z[i] = x[i]; });
+}
+
+double GridCycle::bytes_of_cycle() const {
+    double bytes = 0;
+    for (const auto& level : levels_)
+        if (level != levels_.back()) bytes += 2 * smoothing_steps_ * level->A.bytes_of_multiply();
+    return bytes + 4.0 * static_cast<double>(inverse_.size());
+}
+
+}  // namespace livetet

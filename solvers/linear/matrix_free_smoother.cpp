@@ -1,0 +1,57 @@
+#include "solvers/linear/matrix_free_smoother.hpp"
+
+#include <cmath>
+
+#include "solvers/linear/chebyshev_steps.hpp"
+
+namespace livetet {
+
+MatrixFreeSmoother::MatrixFreeSmoother(MatrixFreeOperator& A, int steps) : A_(A), steps_(steps) {
+    for (std::vector<float>* v : {&b_, &x_, &d_}) v->assign(A.components() + 1, 0.0F);
+}
+
+void MatrixFreeSmoother::find_bound() {
+    if (bound_ != 0) return;
+    const auto free = A_.free();
+    std::uint32_t state = 12345;
+    for (std::size_t i = 0; i < A_.components(); ++i) {
+        state = state * 1664525u + 1013904223u;
+        x_[i] = free[i] * (static_cast<float>(state) / 4294967296.0F - 0.5F);
+    }
+    bound_ = 1;
+    for (int k = 0; k < 20; ++k) {
+        double before = 0, after = 0;
+        for (const float v : x_) before += v * v;
+        A_.visit_stiffness(
+            x_, [&](std::size_t i, float Kx) { d_[i] = free[i] * Kx / A_.stiffness_diagonal(i); });
+        for (const float v : d_) after += v * v;
+        if (!(before > 0 && after > 0)) return;  // the level has no free component
+        bound_ = std::sqrt(after / before);
+        const auto scale = static_cast<float>(1 / std::sqrt(after));
+        for (std::size_t i = 0; i < x_.size(); ++i) x_[i] = scale * d_[i];
+    }
+}
+
+void MatrixFreeSmoother::smooth(bool from_zero) {
+    const auto free = A_.free(), diagonal = A_.diagonal();
+    ChebyshevSteps chebyshev(bound_);
+    for (int step = 0; step < steps_; ++step) {
+        const ChebyshevSteps::Factors f = chebyshev.next();
+        if (step == 0 && from_zero) {
+            A_.over_components(
+                [&](std::size_t i) { x_[i] = d_[i] = f.of_r * b_[i] / diagonal[i]; });
+        } else {
+            A_.visit_positive(x_, [&](std::size_t i, float Ax) {
+                d_[i] = f.of_d * d_[i] + f.of_r * free[i] * (b_[i] - Ax) / diagonal[i];
+                x_[i] += d_[i];
+            });
+        }
+    }
+}
+
+void MatrixFreeSmoother::residual(std::span<float> r) {
+    const auto free = A_.free();
+    A_.visit_positive(x_, [&](std::size_t i, float Ax) { r[i] = free[i] * (b_[i] - Ax); });
+}
+
+}  // namespace livetet

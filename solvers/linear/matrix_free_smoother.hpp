@@ -1,0 +1,39 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "solvers/linear/matrix_free_operator.hpp"
+
+namespace livetet {
+
+/// Chebyshev smoothing of A x = b on the diagonal of a MatrixFreeOperator. A is Hooke's law turned
+/// by the rotations, whatever the law: it is positive, and its eigenvalues over the diagonal do not
+/// change as the body turns. Vectors hold three numbers a node and one behind the last.
+class MatrixFreeSmoother {
+  public:
+    /// `A` must outlive this. `steps`: before or after a correction.
+    MatrixFreeSmoother(MatrixFreeOperator& A, int steps);
+
+    /// Forgets the bound of the eigenvalues: constraints are new.
+    void forget_bound() { bound_ = 0; }
+    /// Finds it if it was forgotten: the largest eigenvalue of D^-1 A without mass and springs,
+    /// which only lower it, from 20 steps of power iteration. Overwrites x.
+    void find_bound();
+
+    /// x += ChebyshevSteps for A x = b; `from_zero`: x is 0, whatever it holds.
+    void smooth(bool from_zero);
+    /// r = b - A x, zero at constrained components.
+    void residual(std::span<float> r);
+
+    std::vector<float>& b() { return b_; }
+    std::vector<float>& x() { return x_; }
+
+  private:
+    MatrixFreeOperator& A_;
+    int steps_;
+    std::vector<float> b_, x_, d_;
+    double bound_ = 0;  ///< 0: to be found
+};
+
+}  // namespace livetet
