@@ -188,7 +188,7 @@ void visit_fields(Visitor& v, Scene& s) {
     v.choice("formulation", s.formulation, "how the volumetric stress is computed",
              {{Formulation::automatic, "automatic",
                "mixed if a material has poisson >= 0.49, or, in `track` alone, if a sensor has a "
-               "place_mm and a model is of finite strain; else displacement"},
+               "place_mm and a model is of finite strain, but not neohookean; else displacement"},
               {Formulation::displacement, "displacement",
                "from the displacement: locks as poisson approaches 0.5"},
               {Formulation::mixed, "mixed",

@@ -26,9 +26,9 @@ struct TetFields {
     double strain_energy_J_per_m3 = 0;
 };
 
-/// The elements of a level that keeps no matrix, in single precision, their law, and room for what its
-/// kernels read and add to. Relative to force_at_unit_strain(), forces are accurate to about 1e-7:
-/// rounding u to float moves an equilibrium by no more than that rounding.
+/// The elements of a level that keeps no matrix, in single precision, their law, and room for what
+/// its kernels read and add to. Relative to force_at_unit_strain(), forces are accurate to about
+/// 1e-7: rounding u to float moves an equilibrium by no more than that rounding.
 struct SinglePrecisionBatches {
     std::variant<TetBatches<float>, TetBatches<float, 10>, TetBatches<float, 8>> batches;
     const BatchLaw& law;

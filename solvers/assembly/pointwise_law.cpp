@@ -97,12 +97,8 @@ void PointwiseLaw::add_products(float factor, const TetBatches<float, nodes>& ba
     add(batches, range, u, f,
         [&](const PointwiseModels::Moduli& m, const Eigen::Matrix3d& H, const auto& g,
             const auto& b, int lane) -> Eigen::Matrix3d {
-            const Eigen::Matrix3d R = rotation_in(*m.model, H),
-                                  N = m.model->volume_strain_gradient(H, R),
-                                  dF = values_at(b, lane, v) * g.transpose();
-            const double p = m.lambda * m.model->volume_strain(H, R);
-            return factor * (m.model->shear_stress_increment(m.mu, p, H, R, dF) +
-                             m.lambda * N.cwiseProduct(dF).sum() * N);
+            return factor * m.model->bounded_increment(m.lambda, m.mu, H, rotation_in(*m.model, H),
+                                                       values_at(b, lane, v) * g.transpose());
         });
 }
 

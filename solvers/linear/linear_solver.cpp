@@ -21,15 +21,16 @@ ChosenFormulation choose_formulation(const ElasticModel& model) {
         return std::any_of(model.materials.begin(), model.materials.end(), is);
     };
     const bool locks = any([](const Material& m) { return m.poisson >= locks_from; });
-    const bool inverts =
-        model.has_graded_patches && has_finite_strain(model.materials, model.strain);
+    const bool inverts = model.has_graded_patches && !is_bounded(model.materials, model.strain);
     if (!locks && !inverts)
         return {Formulation::displacement, fmt::format("no poisson >= {}", locks_from)};
     // lambda <= 0: no pressure can stand for it.
     if (any([](const Material& m) { return m.poisson <= 0; }))
         return {Formulation::displacement, "a poisson <= 0 has no pressure"};
-    return {Formulation::mixed, locks ? fmt::format("a poisson >= {}", locks_from)
-                                      : "finite strain on a mesh that is graded at patches"};
+    if (!locks)
+        return {Formulation::mixed,
+                "a model without bounded tangent on a mesh that is graded at patches"};
+    return {Formulation::mixed, fmt::format("a poisson >= {}", locks_from)};
 }
 
 void LinearSolver::update_rotations(Vec u, ElementRotations& rotations) {

@@ -57,8 +57,9 @@ struct ChosenFormulation {
     std::string reason;
 };
 /// `automatic` means mixed from a Poisson's ratio of 0.49 on: below, locking costs less than
-/// pressures do. It means mixed, too, for finite strain with graded patches: there a frame moves a
-/// patch by much of an edge at its rim, tets invert, and displacements alone do not end that.
+/// pressures do. It means mixed, too, for models whose tangent is not bounded with graded patches:
+/// there a frame moves a patch by much of an edge at its rim, tets invert, and displacements alone
+/// do not end that.
 ChosenFormulation choose_formulation(const ElasticModel& model);
 inline Formulation resolved_formulation(const ElasticModel& model) {
     return choose_formulation(model).formulation;

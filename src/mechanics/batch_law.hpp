@@ -8,9 +8,12 @@
 namespace livetet {
 
 /// A constitutive model over batches of tets of four or ten nodes or of hexahedra, in single
-/// precision: the forces and tangent products of a live frame. With w_q the volume of a quadrature point,
+/// precision: the forces and tangent products of a live frame. With w_q the volume of a quadrature
+/// point,
 ///
-///     f_i = sum_q w_q P(F_q) grad N_i,   K(u) v = d f / d u . v.
+///     f_i = sum_q w_q P(F_q) grad N_i,   K(u) v = d f / d u . v,
+///
+/// K as ConstitutiveModel::bounded_increment has it.
 ///
 /// As the functions of batch_kernels.hpp it is pure, allocates nothing, and runs over a range of
 /// batches; vectors have one number behind the last node's. A model gives its own by
@@ -33,7 +36,7 @@ class BatchLaw {
                             Rotations rotations, std::span<const float> u,
                             std::span<float> f) const = 0;
 
-    /// f += factor K(u) v, K the derivative of the forces, rotations held.
+    /// f += factor K(u) v, rotations held.
     virtual void add_stiffness_times(float factor, const TetBatches<float>& batches,
                                      BatchRange range, Rotations rotations,
                                      std::span<const float> u, std::span<const float> v,

@@ -20,7 +20,8 @@ namespace livetet {
 /// and what LaneMixedLaw asks for; static functions, with Number and Matrix as below. Both are
 /// linear in the moduli, which come multiplied by the volume of the point. A law whose increment
 /// does not depend on H says so by `static constexpr bool is_affine = true`; it is given zeros, and
-/// products need no displacement.
+/// products need no displacement. Where a law has bounded_increment, with the arguments of
+/// increment, products are made of that (see ConstitutiveModel).
 template <class Law>
 class LaneLaw : public BatchLaw {
   public:
@@ -77,6 +78,14 @@ class LaneLaw : public BatchLaw {
     }
     , NoGradients, lanes::PointGradients < float, nodes >> ;
 
+    static Matrix increment(const Number& lambda, const Number& mu, const Matrix& H,
+                            const Matrix& R, const Matrix& dF) {
+        if constexpr (requires { Law::bounded_increment(lambda, mu, H, R, dF); })
+            return Law::bounded_increment(lambda, mu, H, R, dF);
+        else
+            return Law::increment(lambda, mu, H, R, dF);
+    }
+
     /// Of point q of batch k, of so many batches.
     template <int points>
     static Matrix rotation_at(Rotations rotations, std::size_t batches, std::size_t k, int q) {
@@ -121,10 +130,9 @@ class LaneLaw : public BatchLaw {
             lanes::PointForces<float, nodes> forces(b);
 #pragma GCC unroll 4
             for (int q = 0; q < points; ++q)
-                forces.add(q,
-                           Law::increment(lambda, mu, H.at(q),
-                                          rotation_at<points>(rotations, batches.all().end, k, q),
-                                          dF.at(q)));
+                forces.add(q, increment(lambda, mu, H.at(q),
+                                        rotation_at<points>(rotations, batches.all().end, k, q),
+                                        dF.at(q)));
             forces.scatter(f.data());
         }
     }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 
@@ -42,6 +43,17 @@ template <class Real>
 struct Vec3 {
     Lanes<Real> x, y, z;
 };
+
+// Of single precision, as the laws need them.
+inline Lanes<float> abs(const Lanes<float>& a) { return a < 0 ? -a : a; }
+inline Lanes<float> max(const Lanes<float>& a, const Lanes<float>& b) { return a > b ? a : b; }
+inline Lanes<float> min(const Lanes<float>& a, const Lanes<float>& b) { return a < b ? a : b; }
+inline Lanes<float> sqrt(const Lanes<float>& a) {
+    Lanes<float> root;
+    for (int l = 0; l < batch_width<float>; ++l) root[l] = std::sqrt(a[l]);
+    return root;
+}
+
 template <class Real>
 Vec3<Real> operator+(const Vec3<Real>& a, const Vec3<Real>& b) {
     return {a.x + b.x, a.y + b.y, a.z + b.z};

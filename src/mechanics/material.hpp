@@ -63,11 +63,10 @@ inline bool is_small_strain(std::span<const Material> materials, const ModelChoi
     });
 }
 
-/// Whether any material of such a body is of finite strain.
-inline bool has_finite_strain(std::span<const Material> materials, const ModelChoice& body) {
-    return std::any_of(materials.begin(), materials.end(), [&](const Material& m) {
-        return model_of(m, body).kinematics() == Kinematics::finite_strain;
-    });
+/// Whether the tangents of all materials of such a body are bounded in live frames.
+inline bool is_bounded(std::span<const Material> materials, const ModelChoice& body) {
+    return std::all_of(materials.begin(), materials.end(),
+                       [&](const Material& m) { return model_of(m, body).is_bounded(); });
 }
 
 /// Ratio of the largest Young's modulus to the smallest. There is at least one material.

@@ -29,6 +29,13 @@ Matrix9 ConstitutiveModel::shear_tangent(double mu, double p, const Matrix3& H,
            eigen.eigenvectors().transpose();
 }
 
+Eigen::Matrix3d ConstitutiveModel::bounded_increment(double lambda, double mu, const Matrix3& H,
+                                                     const Matrix3& R, const Matrix3& dF) const {
+    const Matrix3 N = volume_strain_gradient(H, R);
+    return shear_stress_increment(mu, lambda * volume_strain(H, R), H, R, dF) +
+           lambda * N.cwiseProduct(dF).sum() * N;
+}
+
 double ConstitutiveModel::volume_strain(const Matrix3& H, const Matrix3&) const {
     return dilation_of(H);
 }

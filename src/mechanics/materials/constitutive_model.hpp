@@ -87,6 +87,16 @@ class ConstitutiveModel {
     virtual Matrix3 shear_stress_increment(double mu, double p, const Matrix3& H, const Matrix3& R,
                                            const Matrix3& dF) const = 0;
 
+    /// The derivative of the stress in the displacement form, rotations held, as a live frame takes
+    /// it: (d^2 psi_mu / dF^2 + p d^2 theta / dF^2) : dF + lambda (d theta / dF : dF) d theta / dF
+    /// with p = lambda theta, Pa. A model may bound what makes it indefinite. A frame makes one
+    /// step of Newton's method and has no time for a line search; a step along an indefinite
+    /// derivative can press elements through inversion, from which they do not come back.
+    virtual Matrix3 bounded_increment(double lambda, double mu, const Matrix3& H, const Matrix3& R,
+                                      const Matrix3& dF) const;
+    /// Whether it does, or is positive without.
+    virtual bool is_bounded() const { return kinematics() != Kinematics::finite_strain; }
+
     /// What the rotation's own derivative adds to `shear_stress_increment`, Pa, where a pressure p
     /// acts on theta: the sum is the exact derivative. Nothing, unless a model rotates.
     virtual Matrix3 turn_increment([[maybe_unused]] double mu, [[maybe_unused]] double p,

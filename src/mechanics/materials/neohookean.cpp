@@ -1,5 +1,8 @@
 #include "mechanics/materials/neohookean.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include "mechanics/lane_law.hpp"
 #include "mechanics/materials/isotropic_tangent.hpp"
 #include "mechanics/materials/kinematics.hpp"
@@ -27,6 +30,20 @@ struct NeoHookeanInLanes : DilationInLanes {
         const Number k = lambda + mu;
         const Matrix dP = mu * dF + (k * lanes::dot(N, dF)) * N;
         return dP + (k * volume_strain(H, R) - mu) * lanes::cofactor_increment(F, dF);
+    }
+    /// The same with the factor of dN bounded, see NeoHookean::bounded_increment.
+    static Matrix bounded_increment(const Number& lambda, const Number& mu, const Matrix& H,
+                                    const Matrix& R, const Matrix& dF) {
+        const Matrix F = lanes::plus_identity(H), N = lanes::cofactor(F);
+        const Number k = lambda + mu;
+        const Number xy = lanes::abs(lanes::dot(F.x, F.y)), yz = lanes::abs(lanes::dot(F.y, F.z)),
+                     zx = lanes::abs(lanes::dot(F.z, F.x));
+        const Number stretch =
+            lanes::max(lanes::max(lanes::dot(F.x, F.x) + xy + zx, lanes::dot(F.y, F.y) + xy + yz),
+                       lanes::dot(F.z, F.z) + yz + zx);
+        const Number most = lanes::abs(mu) / lanes::sqrt(stretch);  // a factor may be negative
+        const Number factor = lanes::min(lanes::max(k * volume_strain(H, R) - mu, -most), most);
+        return mu * dF + (k * lanes::dot(N, dF)) * N + factor * lanes::cofactor_increment(F, dF);
     }
 };
 
@@ -60,6 +77,16 @@ Eigen::Matrix3d NeoHookean::shear_stress_increment(double mu, double p, const Ma
     const Matrix3 F = deformation_gradient(H), N = cofactor_of(F);
     return mu * (dF + N.cwiseProduct(dF).sum() * N) +
            (mu * (dilation_of(H) - 1) + p) * cofactor_increment(F, dF);
+}
+
+Eigen::Matrix3d NeoHookean::bounded_increment(double lambda, double mu, const Matrix3& H,
+                                              const Matrix3&, const Matrix3& dF) const {
+    const Matrix3 F = deformation_gradient(H), N = cofactor_of(F);
+    const double k = lambda + mu;
+    const double stretch = (F.transpose() * F).cwiseAbs().rowwise().sum().maxCoeff();
+    const double most = mu / std::sqrt(stretch);
+    const double factor = std::clamp(k * dilation_of(H) - mu, -most, most);
+    return mu * dF + k * N.cwiseProduct(dF).sum() * N + factor * cofactor_increment(F, dF);
 }
 
 Matrix9 NeoHookean::shear_tangent(double mu, double p, const Matrix3& H, Tangent tangent) const {

@@ -21,6 +21,17 @@ class NeoHookean final : public ConstitutiveModel {
     Matrix3 shear_stress(double mu, const Matrix3& H, const Matrix3& R) const override;
     Matrix3 shear_stress_increment(double mu, double p, const Matrix3& H, const Matrix3& R,
                                    const Matrix3& dF) const override;
+    /// With k = lambda + mu and N = cof F, the derivative of the stress is
+    ///     dP = mu dF + k (N : dF) N + c dN,   c = k (J - 1) - mu.
+    /// The last term's eigenvalues are c times those of d^2 J / dF^2: +- s_i, with s_i the
+    /// stretches, for the shears between the two other axes. Where a tet is pressed, k (J - 1) is a
+    /// multiple of -mu, and they outweigh mu. So c is held within +- mu / s, with s^2 the largest
+    /// sum of a row of |F^T F|, which is not below the largest s_i^2 (Gershgorin). At F = I that
+    /// changes nothing. Negative eigenvalues may stay in the flattest tets alone, small against mu
+    /// (test NeoHookean.BoundedIncrementIsAllButPositive).
+    Matrix3 bounded_increment(double lambda, double mu, const Matrix3& H, const Matrix3& R,
+                              const Matrix3& dF) const override;
+    bool is_bounded() const override { return true; }
     Matrix9 shear_tangent(double mu, double p, const Matrix3& H, Tangent tangent) const override;
 };
 

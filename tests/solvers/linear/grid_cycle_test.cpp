@@ -115,7 +115,8 @@ TEST_P(LiveGrid, MovesAsThePlainPathDoes) {
     }
 }
 
-/// A solve to 1e-2, as frames have it, takes few iterations.
+/// A solve to 1e-2, as frames have it, takes few iterations, though the body is cut and of two
+/// moduli, and much of its border is partly outside.
 TEST_P(LiveGrid, TakesFewIterationsAFrame) {
     const auto live = body({.kind = SolverKind::live});
     int most = 0;
@@ -123,7 +124,7 @@ TEST_P(LiveGrid, TakesFewIterationsAFrame) {
         live->set_constraints(pressed(k / 10.0));
         most = std::max(most, live->advance(0, {.linear_tolerance = 1e-2}).iterations);
     }
-    EXPECT_LE(most, 8);
+    EXPECT_LE(most, 14);
 }
 
 INSTANTIATE_TEST_SUITE_P(Laws, LiveGrid, testing::Values("linear", "corotated", "neohookean"),

@@ -28,12 +28,7 @@ class QuadraticCycleTest : public testing::TestWithParam<const char*> {
         for (std::size_t l = 0; l < levels.size(); ++l) prepare(*levels[l], hierarchy.levels[l]);
         n = 3 * static_cast<Eigen::Index>(hierarchy.levels.front().nodes.size());
         u = make_vector(plain->share());
-        std::vector<Vector3> bent;
-        for (const Vector3& x : hierarchy.levels.front().nodes)
-            bent.push_back({0.3 * x.x() * x.y(), x.x() * x.z(), -2 * x.x() * x.x()});
-        fill(plain->share(), bent, u.get());
-        rotations = levels[0]->make_rotations();
-        levels[0]->update_rotations(u.get(), rotations);
+        bend(0, 1);
         multigrid = std::make_unique<SinglePrecisionMultigrid>(
             std::vector<LevelAssembler*>{levels[1].get(), levels[2].get()},
             std::vector<const BarycentricMap*>{&hierarchy.transfers[1]}, 1, ThreadTeam::alone());
@@ -45,6 +40,16 @@ class QuadraticCycleTest : public testing::TestWithParam<const char*> {
         operator_->set_constrained();
         operator_->update(rotations, s, m);
         (void)cycle->update(rotations, s, m, RenewalExtent::whole);
+    }
+    /// Draws the block by this part of its size, and bends it to this part.
+    void bend(double drawn, double bent) {
+        std::vector<Vector3> values;
+        for (const Vector3& x : hierarchy.levels.front().nodes)
+            values.push_back(
+                drawn * x + bent * Vector3(0.3 * x.x() * x.y(), x.x() * x.z(), -2 * x.x() * x.x()));
+        fill(plain->share(), values, u.get());
+        rotations = levels[0]->make_rotations();
+        levels[0]->update_rotations(u.get(), rotations);
     }
     std::unique_ptr<LevelAssembler> make(std::size_t l, LevelStorage storage, const char* model) {
         const TetMesh& mesh = hierarchy.levels[l];
@@ -96,6 +101,10 @@ class QuadraticCycleTest : public testing::TestWithParam<const char*> {
 };
 
 TEST_P(QuadraticCycleTest, TheOperatorIsTheAssembledOne) {
+    if (std::string_view(GetParam()) == "neohookean") {
+        bend(0.02, 0.02);  // where nothing is pressed, its tangent is not bounded
+        operator_->update(rotations, s, m);
+    }
     ElementRotations plain_rotations = plain->make_rotations();
     plain->update_rotations(u.get(), plain_rotations);
     const bool corotated = std::string_view(GetParam()) == "corotated";
