@@ -8,8 +8,8 @@ say "1. what a user would have brought: an MR-like image, labels, fiducials, tra
 "$livetet" phantom -o "$demo"
 cd "$demo"
 
-say "2. label map -> four tetrahedral meshes"
-"$livetet" mesh labels.nii.gz --fix fixed_mask.nii.gz -o liver.h5
+say "2. label map -> a hierarchy of tetrahedral meshes"
+"$livetet" mesh labels.nii.gz --fix fixed_mask.nii.gz --tets 6000 -o liver.h5
 
 say "3. the tool's tip; the registration of the image to the reference sensor"
 "$livetet" calibrate pivot pivot.igs.mha --tool Stylus -o tip.json

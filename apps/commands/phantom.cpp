@@ -25,7 +25,7 @@ constexpr const char* contents = R"(What it makes in DIR:
 
 constexpr const char* next_commands = R"(
 next, in {0}:
-  livetet mesh labels.nii.gz --fix fixed_mask.nii.gz -o liver.h5
+  livetet mesh labels.nii.gz --fix fixed_mask.nii.gz --tets 6000 -o liver.h5
   livetet calibrate pivot pivot.igs.mha --tool Stylus -o tip.json
   livetet register --tracker fiducials.igs.mha --tip tip.json --reference Reference \
       --image image_fiducials.mrk.json -o registration.json

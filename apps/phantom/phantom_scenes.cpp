@@ -6,7 +6,7 @@ namespace livetet {
 namespace {
 
 constexpr const char* body_text = R"(mesh:
-  file: liver.h5             # what `livetet mesh labels.nii.gz --fix fixed_mask.nii.gz -o liver.h5` wrote
+  file: liver.h5             # of `livetet mesh labels.nii.gz --fix fixed_mask.nii.gz --tets 6000 -o liver.h5`
 image: image.nii.gz          # the grey image, for `livetet view` and `livetet warp`
 
 materials:                   # one for each region of the mesh; a liver is one region
@@ -15,6 +15,7 @@ materials:                   # one for each region of the mesh; a liver is one r
     density_kg_per_m3: 1060
 
 strain: neohookean           # keeps its volume as tissue does, at large strain and rotation
+elements: P2                 # ten nodes: a tenth of the tetrahedra that four-node ones need for the same error
 
 fix:
   - group: fixed             # the nodes under fixed_mask.nii.gz: the lower surface stays where it is
