@@ -18,6 +18,7 @@
 #include "io/tip_file.hpp"
 #include "mesh/barycentric_map.hpp"
 #include "mesh/hierarchy.hpp"
+#include "support/hex_grids.hpp"
 #include "support/program.hpp"
 #include "tracking/poses.hpp"
 #include "tracking/simulated_tracker.hpp"
@@ -106,6 +107,41 @@ TEST(Track, AtTheRecordingsOwnPaceEachSampleIsAFrameOrMissed) {
               t.recording.samples.size());
     EXPECT_GT(result.frame_count(), 5u);
     EXPECT_TRUE(std::filesystem::exists(t.folder / "report.json"));
+}
+
+/// A grid that is cut beside the sensor, halfway down: the cut opens, the errors at a target are
+/// stated with that of the elements, and a replay is the same to the bit.
+TEST(Track, AGridThatIsCutOpensAndIsReplayed) {
+    Tracked t;
+    write_hierarchy(t.folder / "block.h5",
+                    make_hierarchy({test::hex_grid({20, 10, 10}, {0.2, 0.1, 0.1})}, "a grid"));
+    t.set_track("targets: [{name: Under, point_mm: [100, 50, 80]}]");
+    write_text(t.folder / "scene.yaml",
+               read_text_file(t.folder / "scene.yaml") +
+                   "strain: neohookean\n"
+                   "cuts: [{point_mm: [140, 50, 100], edges_mm: [0, 120, 0, 0, 0, 100]}]\n");
+    t.record();
+    const ResultReader result = t.run("--every-sample --json report.json");
+    const auto run = nlohmann::json::parse(result.text("run"));
+    EXPECT_NE(run["solver"].get<std::string>().find("over hexahedra"), std::string::npos);
+    const TetMesh mesh = result.mesh();
+    EXPECT_GT(mesh.nodes.size(), 21U * 11 * 11);
+    // Of the nodes at each place of the cut's upper end, how far they part.
+    double widest = 0;
+    for (std::size_t k = 0; k < result.frame_count(); ++k) {
+        const auto u = result.displacement(k);
+        for (std::size_t n = 21 * 11 * 11; n < u.size(); ++n)
+            for (std::size_t m = 0; m < 21U * 11 * 11; ++m)
+                if (mesh.nodes[m] == mesh.nodes[n]) widest = std::max(widest, (u[n] - u[m]).norm());
+    }
+    EXPECT_GT(widest, 1e-3);
+    EXPECT_LT(widest, 0.015);
+    const StatementReader statements(result, "result.h5");
+    bool elements_known = false;
+    for (std::size_t k = 0; k < result.frame_count(); ++k)
+        elements_known = elements_known || !statements.read(k).missing.has(ErrorSource::elements);
+    EXPECT_TRUE(elements_known);
+    EXPECT_EQ(livetet(t.folder, "track --replay result.h5").status, 0);
 }
 
 TEST(Track, ABudgetThatNothingFitsLeavesOneIterationAFrameAndSaysSo) {
