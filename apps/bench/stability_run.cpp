@@ -100,8 +100,9 @@ class Trial {
         if (has_ten_nodes(column.way)) scene.elements = Elements::p2;
         if (is_plain(column.way)) scene.solver.kind = SolverKind::multigrid;
         if (is_of_hexahedra(column.way))
-            scene.formulation =
-                column.way == SteppedAs::hexahedra ? Formulation::displacement : Formulation::mixed;
+            scene.formulation = column.way == SteppedAs::hexahedra_mixed
+                                    ? Formulation::mixed
+                                    : Formulation::displacement;
         return scene;
     }
     bool is_tracked() const { return makes_frames(column_.way); }

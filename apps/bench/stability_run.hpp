@@ -9,15 +9,31 @@ namespace livetet {
 /// As `solve` steps a scene, each step to its tolerance; or as `track` does, one Newton iteration a
 /// frame until its deadline, with four-node or ten-node tets. `plain`: the same frames by a solver
 /// in double precision, as the counterpart of the live solver's. `hexahedra`: as `solve` on a grid,
-/// by displacements (Q1); `hexahedra_mixed`: in the mixed form (Q1-P0).
-enum class SteppedAs { solve, track, track_p2, plain, plain_p2, hexahedra, hexahedra_mixed };
+/// by displacements (Q1); `hexahedra_mixed`: in the mixed form (Q1-P0); `track_hexahedra`: as
+/// `track` on a grid; `plain_hexahedra`: its counterpart.
+enum class SteppedAs {
+    solve,
+    track,
+    track_p2,
+    plain,
+    plain_p2,
+    hexahedra,
+    hexahedra_mixed,
+    track_hexahedra,
+    plain_hexahedra
+};
 
 inline bool is_of_hexahedra(SteppedAs way) {
-    return way == SteppedAs::hexahedra || way == SteppedAs::hexahedra_mixed;
+    return way == SteppedAs::hexahedra || way == SteppedAs::hexahedra_mixed ||
+           way == SteppedAs::track_hexahedra || way == SteppedAs::plain_hexahedra;
 }
-inline bool makes_frames(SteppedAs way) { return way != SteppedAs::solve && !is_of_hexahedra(way); }
+inline bool makes_frames(SteppedAs way) {
+    return way != SteppedAs::solve && way != SteppedAs::hexahedra &&
+           way != SteppedAs::hexahedra_mixed;
+}
 inline bool is_plain(SteppedAs way) {
-    return way == SteppedAs::plain || way == SteppedAs::plain_p2;
+    return way == SteppedAs::plain || way == SteppedAs::plain_p2 ||
+           way == SteppedAs::plain_hexahedra;
 }
 inline bool has_ten_nodes(SteppedAs way) {
     return way == SteppedAs::track_p2 || way == SteppedAs::plain_p2;

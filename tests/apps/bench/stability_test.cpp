@@ -32,7 +32,8 @@ json cells_of(const Folder& folder, const std::string& options, int cells = 2) {
 bool is_excused(const json& c) {
     if (c.at("known_limit").get<std::string>().empty()) return false;
     EXPECT_EQ(c.at("strain"), "holzapfel_gasser_ogden") << c.dump();
-    EXPECT_TRUE(c.at("stepped_as").get<std::string>().starts_with("hexa")) << c.dump();
+    EXPECT_TRUE(c.at("stepped_as").get<std::string>().find("hexahedra") != std::string::npos)
+        << c.dump();
     return true;
 }
 
@@ -70,7 +71,8 @@ TEST(Stability, WhatDoesNotComeHomeFailsWithItsRuleAndReason) {
         if (c.at("strain") == "linear") {
             EXPECT_EQ(c.at("verdict"), "pass") << c.dump();
         }
-        const bool is_of_hexahedra = c.at("stepped_as").get<std::string>().starts_with("hexa");
+        const bool is_of_hexahedra =
+            c.at("stepped_as").get<std::string>().find("hexahedra") != std::string::npos;
         if (c.at("strain") != "green" || is_of_hexahedra) continue;
         EXPECT_EQ(c.at("verdict"), "fail") << c.dump();
         const std::string reason = c.at("reason");
@@ -128,7 +130,7 @@ TEST(Stability, ACaseThatThereIsNotIsRefused) {
 TEST(Stability, FramesOfEveryModelAreTheLiveSolversWithFourAndWithTenNodes) {
     const Folder folder;
     const json cells = cells_of(folder, "--only \"ratio 0.45\" --column static");
-    ASSERT_EQ(cells.size(), 5u * 6);
+    ASSERT_EQ(cells.size(), 6u * 6);
     for (const json& c : cells) {
         const bool is_live =
             c.at("solver").get<std::string>().find("single precision") != std::string::npos;
@@ -142,9 +144,10 @@ TEST(Stability, FramesOfEveryModelAreTheLiveSolversWithFourAndWithTenNodes) {
 TEST(Stability, CutGridsOfHexahedraStandThePress) {
     const Folder folder;
     const json cells = cells_of(folder, "--only \"cut, share\" --column hookean", 4);
-    ASSERT_EQ(cells.size(), 2u * 5 * 4);
+    ASSERT_EQ(cells.size(), 2u * 6 * 4);
     for (const json& c : cells) {
-        const bool is_of_hexahedra = c.at("stepped_as").get<std::string>().starts_with("hexa");
+        const bool is_of_hexahedra =
+            c.at("stepped_as").get<std::string>().find("hexahedra") != std::string::npos;
         EXPECT_EQ(c.at("verdict"), is_of_hexahedra ? "pass" : "left out") << c.dump();
     }
 }
