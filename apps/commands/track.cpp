@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -55,7 +56,8 @@ json describe_run(const OpenSource& open, const FiducialRegistration& registrati
             {"fiducials", fiducials},
             {"tets", body.mesh().tets.size()},
             {"nodes", body.mesh().nodes.size()},
-            {"levels", body.hierarchy.levels.size()},
+            {"levels", std::max<std::size_t>(body.hierarchy.levels.size(),
+                                             body.body->linear_solver().level_count())},
             {"solver", body.body->linear_solver().name()},
             {"version", LIVETET_VERSION}};
 }

@@ -13,6 +13,7 @@
 #include "base/log.hpp"
 #include "geometry/ellipsoid_surface.hpp"
 #include "io/openigtlink/conversions.hpp"
+#include "mesh/grid_surface.hpp"
 #include "tracking/poses.hpp"
 
 namespace livetet {
@@ -108,11 +109,12 @@ FrameMessages::FrameMessages(const TetMesh& mesh, std::string surface)
     : surface_(std::move(surface)) {
     triangles_ = boundary_triangles(mesh.tets);
     nodes_ = nodes_of(triangles_);
+    const std::vector<Vector3> places = drawn_places(mesh, triangles_);
     for (Triangle& t : triangles_)
         for (std::int32_t& n : t)
             n = static_cast<std::int32_t>(std::lower_bound(nodes_.begin(), nodes_.end(), n) -
                                           nodes_.begin());
-    for (const std::int32_t n : nodes_) rest_.push_back(mesh.nodes[n]);
+    for (const std::int32_t n : nodes_) rest_.push_back(places[n]);
 }
 
 std::vector<igtl::Message> FrameMessages::operator()(const PublishedFrame& a, double time_s) const {

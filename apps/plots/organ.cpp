@@ -26,6 +26,7 @@
 #include "apps/plots/off_screen_window.hpp"
 #include "apps/plots/pictures.hpp"
 #include "base/error.hpp"
+#include "mesh/grid_surface.hpp"
 
 namespace livetet {
 
@@ -41,13 +42,15 @@ vtkSmartPointer<vtkPolyData> surface(const TetMesh& mesh, std::span<const Vector
     vtkNew<vtkPoints> points;
     vtkNew<vtkFloatArray> length;
     length->SetName("displacement");
-    for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
-        const Vector3 x = 1e3 * (mesh.nodes[n] + scale * displacement[n]);
+    const std::vector<Triangle> surface = boundary_triangles(mesh.tets);
+    const std::vector<Vector3> places = drawn_places(mesh, surface);
+    for (std::size_t n = 0; n < places.size(); ++n) {
+        const Vector3 x = 1e3 * (places[n] + scale * displacement[n]);
         points->InsertNextPoint(x.data());
         length->InsertNextValue(static_cast<float>(1e3 * scale * displacement[n].norm()));
     }
     vtkNew<vtkCellArray> triangles;
-    for (const auto& [a, b, c] : boundary_triangles(mesh.tets)) {
+    for (const auto& [a, b, c] : surface) {
         const vtkIdType ids[3] = {a, b, c};
         triangles->InsertNextCell(3, ids);
     }

@@ -6,6 +6,7 @@
 #include "apps/scene/model_limits.hpp"
 #include "base/error.hpp"
 #include "config/yaml.hpp"
+#include "mesh/hex_grid.hpp"
 
 namespace livetet {
 
@@ -56,6 +57,7 @@ void add_scene(Report& report, const RunResult& result) {
     report.parts = explain_run(result.scene_text, result.source, result.mesh.tets.size(),
                                result.info.levels, result.info.solver, Use::track);
     if (report.parts.empty()) return;
+    if (!result.mesh.hexahedra.empty()) report.parts.clear();  // they are of tetrahedra
     const Scene scene = read_yaml<Scene>(result.scene_text, result.source);
     report.notes = beyond_model(scene, result.mesh, result.displacement(report.deepest_frame));
     if (auto note = locking_note(scene)) report.notes.push_back(std::move(*note));
@@ -75,6 +77,7 @@ Report make_report(const RunResult& result, const Truth* truth) {
     Report report;
     report.source = result.source;
     report.run = result.info;
+    report.elements = elements_text(result.mesh);
     report.frames = frame_statistics(result);
     report.first_s = result.frames.front().time_s;
     report.last_s = result.frames.back().time_s;

@@ -51,6 +51,7 @@ struct Report {
     std::size_t slips = 0;             ///< how often a sensor slipped, of all sensors
     std::vector<ExplainedPart> parts;  ///< parts built and left out; empty if the scene is unknown
     RunInfo run;
+    std::string elements;  ///< see elements_text
     FrameStatistics frames;
     double first_s = 0, last_s = 0;
     double largest_press_mm = 0;         ///< as measured by the deformation sensor

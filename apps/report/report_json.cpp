@@ -139,20 +139,23 @@ ordered_json stated_json(const StatedErrors& stated) {
 }  // namespace
 
 std::string report_json(const Report& r) {
-    ordered_json out = {
-        {"result", r.source},
-        {"version", r.run.version},
-        {"problem", r.run.problem},
-        {"verdicts", verdicts(r)},
-        {"mesh", {{"tets", r.run.tets}, {"nodes", r.run.nodes}, {"levels", r.run.levels}}},
-        {"solver", r.run.solver},
-        {"first_s", r.first_s},
-        {"last_s", r.last_s},
-        {"largest_press_mm", r.largest_press_mm},
-        {"registration", registration_json(r)},
-        {"frames", frames_json(r)},
-        {"sensors", sensors_json(r)},
-        {"parts", parts_json(r.parts)}};
+    ordered_json out = {{"result", r.source},
+                        {"version", r.run.version},
+                        {"problem", r.run.problem},
+                        {"verdicts", verdicts(r)},
+                        {"mesh",
+                         {{"tets", r.run.tets},
+                          {"elements", r.elements},
+                          {"nodes", r.run.nodes},
+                          {"levels", r.run.levels}}},
+                        {"solver", r.run.solver},
+                        {"first_s", r.first_s},
+                        {"last_s", r.last_s},
+                        {"largest_press_mm", r.largest_press_mm},
+                        {"registration", registration_json(r)},
+                        {"frames", frames_json(r)},
+                        {"sensors", sensors_json(r)},
+                        {"parts", parts_json(r.parts)}};
     if (r.truth) out["targets"] = truth_json(*r.truth);
     if (r.stated) out["stated_error"] = stated_json(*r.stated);
     return json_text(out);

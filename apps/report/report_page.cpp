@@ -12,7 +12,7 @@ namespace {
 std::string run_html(const Report& r) {
     HtmlSection s("The run");
     s.texts({"result", r.source});
-    s.texts({"mesh", fmt::format("{} tets, {} nodes, {}", r.run.tets, r.run.nodes,
+    s.texts({"mesh", fmt::format("{}, {} nodes, {}", r.elements, r.run.nodes,
                                  counted(r.run.levels, "level"))});
     if (!r.run.solver.empty()) s.texts({"solver", r.run.solver});
     s.texts({"time", fmt::format("{:.2f} to {:.2f} s, {} kept", r.first_s, r.last_s,

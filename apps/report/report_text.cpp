@@ -76,7 +76,7 @@ std::string rest_verdict(const RestErrors& r) {
 std::string run_text(const Report& r) {
     std::string out = "RUN\n";
     out += report_line("result", r.source);
-    out += report_line("mesh", fmt::format("{} tets, {} nodes, {}", r.run.tets, r.run.nodes,
+    out += report_line("mesh", fmt::format("{}, {} nodes, {}", r.elements, r.run.nodes,
                                            counted(r.run.levels, "level")));
     if (!r.run.solver.empty()) out += report_line("solver", r.run.solver);
     if (!r.run.version.empty()) out += report_line("livetet", r.run.version);

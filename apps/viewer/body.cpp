@@ -16,6 +16,7 @@
 #include "io/image_file.hpp"
 #include "io/registration_file.hpp"
 #include "io/surface_file.hpp"
+#include "mesh/grid_surface.hpp"
 #include "meshing/surface_check.hpp"
 
 namespace livetet {
@@ -62,7 +63,8 @@ TriangleMesh render_surface(const TetMesh& mesh) {
     const std::vector<std::int32_t> nodes = nodes_of(triangles);
     vtkNew<vtkPoints> points;
     points->SetDataTypeToDouble();
-    for (const std::int32_t n : nodes) points->InsertNextPoint(mesh.nodes[n].data());
+    const std::vector<Vector3> places = drawn_places(mesh, triangles);
+    for (const std::int32_t n : nodes) points->InsertNextPoint(places[n].data());
     vtkNew<vtkCellArray> cells;
     for (const Triangle& t : triangles) {
         vtkIdType ids[3];

@@ -58,4 +58,8 @@ std::vector<Vector3> smoothed_surface(const TetMesh& grid, std::span<const Trian
     return places;
 }
 
+std::vector<Vector3> drawn_places(const TetMesh& mesh, std::span<const Triangle> surface) {
+    return mesh.hexahedra.empty() ? mesh.nodes : smoothed_surface(mesh, surface);
+}
+
 }  // namespace livetet

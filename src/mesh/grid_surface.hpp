@@ -15,4 +15,7 @@ namespace livetet {
 /// Source: constrained elastic surface nets, S. F. F. Gibson (1998).
 std::vector<Vector3> smoothed_surface(const TetMesh& grid, std::span<const Triangle> surface);
 
+/// Where the nodes of a mesh are drawn, m: a grid's smoothed, others where they are.
+std::vector<Vector3> drawn_places(const TetMesh& mesh, std::span<const Triangle> surface);
+
 }  // namespace livetet

@@ -124,6 +124,8 @@ TEST(Track, AGridThatIsCutOpensAndIsReplayed) {
     const ResultReader result = t.run("--every-sample --json report.json");
     const auto run = nlohmann::json::parse(result.text("run"));
     EXPECT_NE(run["solver"].get<std::string>().find("over hexahedra"), std::string::npos);
+    EXPECT_NE(test::text_of(t.folder / "result.report" / "report.txt").find("2000 hexahedra"),
+              std::string::npos);
     const TetMesh mesh = result.mesh();
     EXPECT_GT(mesh.nodes.size(), 21U * 11 * 11);
     // Of the nodes at each place of the cut's upper end, how far they part.
