@@ -21,6 +21,7 @@ constexpr const char* contents = R"(What it makes in DIR:
                              and turns
   targets.csv                eight places in the organ, whose error `livetet track` states
   scene.yaml, solve.yaml     ready for `livetet track` and `livetet solve`
+  resection.yaml             the same for `livetet track`, on a grid of voxels with a cut
   truth/truth.json           what a report measures errors against; nothing else reads it)";
 
 constexpr const char* next_commands = R"(
@@ -31,6 +32,7 @@ next, in {0}:
       --image image_fiducials.mrk.json -o registration.json
   livetet track scene.yaml
   livetet report result.h5 --truth truth/truth.json
+  livetet track resection.yaml
 )";
 
 struct PhantomArguments {

@@ -204,6 +204,7 @@ std::vector<fs::path> write_phantom(const fs::path& folder, const PhantomOptions
     write_truth(pending.add("truth/truth.json"), truth);
     write_points_csv(pending.add("targets.csv"), marked_targets());
     write_text_file(pending.add("scene.yaml"), phantom_track_scene(truth));
+    write_text_file(pending.add("resection.yaml"), phantom_resection_scene(truth));
     write_text_file(pending.add("solve.yaml"), phantom_solve_scene(truth));
     const auto names = pending.commit();
     if (progress) progress(1, "done");

@@ -40,8 +40,10 @@ PhantomRecordings record_phantom(const PhantomOptions& options,
 /// The truth behind the recordings, without the targets' displacements, which `solve_truth` adds.
 Truth true_motion(const SimulatedTrackerOptions& tracker, const Recording& press);
 
-/// Scene files of the phantom: `scene.yaml` for track, `solve.yaml` for solve.
+/// Scene files of the phantom: `scene.yaml` for track, `resection.yaml` for track on a grid that is
+/// cut, `solve.yaml` for solve.
 std::string phantom_track_scene(const Truth& truth);
+std::string phantom_resection_scene(const Truth& truth);
 std::string phantom_solve_scene(const Truth& truth);
 
 /// Writes a phantom to `folder`: images, fiducials, recordings, scenes and, in a folder of its own,

@@ -5,9 +5,16 @@ namespace livetet {
 
 namespace {
 
-constexpr const char* body_text = R"(mesh:
+/// From the sensor's place to the middle of the cut, m: its upper edge stands above the organ, and
+/// the disc ends 12 mm before it.
+const Eigen::Vector3d resection_offset(0.027, -0.004, -0.014);
+
+constexpr const char* mesh_text = R"(mesh:
   file: liver.h5             # of `livetet mesh labels.nii.gz --fix fixed_mask.nii.gz --tets 6000 -o liver.h5`
-image: image.nii.gz          # the grey image, for `livetet view` and `livetet warp`
+)";
+
+constexpr const char* material_text =
+    R"(image: image.nii.gz          # the grey image, for `livetet view` and `livetet warp`
 
 materials:                   # one for each region of the mesh; a liver is one region
   - young_Pa: 3000           # Young's modulus: soft tissue is 1 to 10 kPa
@@ -15,25 +22,29 @@ materials:                   # one for each region of the mesh; a liver is one r
     density_kg_per_m3: 1060
 
 strain: neohookean           # keeps its volume as tissue does, at large strain and rotation
-elements: P2                 # ten nodes: a tenth of the tetrahedra that four-node ones need for the same error
+)";
+
+constexpr const char* body_text =
+    R"(elements: P2                 # ten nodes: a tenth of the tetrahedra that four-node ones need for the same error
 
 fix:
   - group: fixed             # the nodes under fixed_mask.nii.gz: the lower surface stays where it is
 )";
 
-}  // namespace
-
-std::string phantom_track_scene(const Truth& truth) {
-    return fmt::format(R"(# The liver phantom, followed in real time:   livetet track scene.yaml
+/// A scene of the recording: its first line, the mesh, what is between material and motion, and the
+/// result.
+std::string tracked(const Truth& truth, std::string_view first_line, std::string_view mesh,
+                    std::string_view body, std::string_view result) {
+    return fmt::format(R"(# {}
 # `livetet scene` lists every key, its unit and its default; paths are relative to this file.
-{}
+{}{}{}
 time:
   scheme: newmark            # each step lasts from one tracker sample to the next
   rayleigh_alpha: 10         # damping C = alpha M + beta K: the organ comes to rest, as tissue does
   rayleigh_beta: 0.01
 
 solver:
-  kind: live                 # conjugate gradients over the mesh hierarchy, in single precision, on two cores or more
+  kind: live                 # conjugate gradients over the levels, in single precision, on two cores or more
   relative_tolerance: 1e-2   # of each frame's linear solve: far below the tracker's noise
 
 track:
@@ -49,9 +60,37 @@ track:
   budget: 30 ms              # what a frame may take: on a busy machine accuracy gives way, and the report says how often
 
 output:
-  file: result.h5            # with result.xdmf beside it, for ParaView
+  file: {:<21}# with .xdmf beside it, for ParaView
 )",
-                       body_text, 1e3 * truth.patch_radius);
+                       first_line, mesh, material_text, body, 1e3 * truth.patch_radius, result);
+}
+
+}  // namespace
+
+std::string phantom_track_scene(const Truth& truth) {
+    return tracked(truth, "The liver phantom, followed in real time:   livetet track scene.yaml",
+                   mesh_text, body_text, "result.h5");
+}
+
+std::string phantom_resection_scene(const Truth& truth) {
+    const Eigen::Vector3d place = 1e3 * (truth.sensor_rest + resection_offset);
+    const std::string body = fmt::format(R"(
+cuts:                        # a vertical plane, open above, beside the pressed disc
+  - {{point_mm: [{:.2f}, {:.2f}, {:.2f}], edges_mm: [0, 140, 0, 0, 0, 60]}}
+
+fix:
+  - mask: fixed_mask.nii.gz  # the lower surface stays where it is
+)",
+                                         place.x(), place.y(), place.z());
+    return tracked(truth,
+                   "The same recording on an organ that is partly cut:   livetet track "
+                   "resection.yaml",
+                   R"(mesh:
+  file: labels.nii.gz        # meshed when the scene is loaded, within a second
+  cells: hexahedra           # a grid of voxels: cuts are for grids
+  tets: 30000                # at most so many cells
+)",
+                   body, "resection.h5");
 }
 
 std::string phantom_solve_scene(const Truth& truth) {
@@ -60,7 +99,7 @@ std::string phantom_solve_scene(const Truth& truth) {
     return fmt::format(
         R"(# The liver phantom pressed once, without a tracker:   livetet solve solve.yaml
 # `livetet scene` lists every key, its unit and its default; paths are relative to this file.
-{}
+{}{}{}
 drive:
   - sphere_mm: [{:.2f}, {:.2f}, {:.2f}, {:.4g}]   # centre (RAS) and radius: about the sensor's place
     where: surface
@@ -77,8 +116,8 @@ solver:
 output:
   file: solved.h5            # with solved.xdmf beside it, for ParaView
 )",
-        body_text, place.x(), place.y(), place.z(), 1e3 * truth.patch_radius, way.x(), way.y(),
-        way.z(), 1e3 * truth.depths.back());
+        mesh_text, material_text, body_text, place.x(), place.y(), place.z(),
+        1e3 * truth.patch_radius, way.x(), way.y(), way.z(), 1e3 * truth.depths.back());
 }
 
 }  // namespace livetet
