@@ -7,7 +7,7 @@
 namespace livetet {
 
 /// Why LiveSolver cannot take a body: "found ..., expected ...". Empty where it can. It takes any
-/// model in the displacement form, on the meshes and ranks that are named here.
+/// model in either form, on the meshes and ranks that are named here.
 /// `hierarchy`: with its quadratic level where the body has ten-node tets.
 std::string why_not_live(const ElasticModel& model, const MeshHierarchy& hierarchy, int ranks = 1);
 
