@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "base/error.hpp"
@@ -16,7 +17,14 @@ namespace livetet::python {
 namespace py = pybind11;
 
 using DoubleArray = py::array_t<double, py::array::c_style | py::array::forcecast>;
-using IntArray = py::array_t<std::int32_t, py::array::c_style | py::array::forcecast>;
+
+/// Whole numbers from an array of any integer type, or from a list; one of int32 is taken without a
+/// copy. Made by its type caster alone, which throws Error for other types and numbers.
+struct IntArray : py::array_t<std::int32_t, py::array::c_style> {
+    using py::array_t<std::int32_t, py::array::c_style>::array_t;
+    using View = py::array_t<std::int32_t, py::array::c_style>;
+    explicit IntArray(const View& view) : View(view) {}
+};
 
 /// Read-only view of numbers that `owner` keeps alive.
 template <class T>
@@ -74,3 +82,35 @@ auto numbers(const Array& array, const char* name) {
 }
 
 }  // namespace livetet::python
+
+namespace pybind11::detail {
+
+template <>
+struct type_caster<livetet::python::IntArray> {
+    PYBIND11_TYPE_CASTER(livetet::python::IntArray, const_name("numpy.ndarray[numpy.int32]"));
+
+    bool load(handle source, bool /*convert*/) {
+        using View = livetet::python::IntArray::View;
+        if (isinstance<View>(source)) {
+            value = livetet::python::IntArray(reinterpret_borrow<View>(source));
+            return true;
+        }
+        const array any = array::ensure(source);
+        if (!any || any.dtype().kind() == 'U' || any.dtype().kind() == 'O') return false;
+        const bool is_whole = any.dtype().kind() == 'i' || any.dtype().kind() == 'u';
+        if (!is_whole && any.size() > 0)
+            livetet::fail("found an array of {}, expected whole numbers",
+                          str(any.dtype()).cast<std::string>());
+        const auto wide = array_t<std::int64_t, array::c_style | array::forcecast>::ensure(any);
+        View narrow(std::vector<ssize_t>(wide.shape(), wide.shape() + wide.ndim()));
+        for (ssize_t i = 0; i < wide.size(); ++i) {
+            if (!std::in_range<std::int32_t>(wide.data()[i]))
+                livetet::fail("found {}, expected whole numbers of 32 bits", wide.data()[i]);
+            narrow.mutable_data()[i] = static_cast<std::int32_t>(wide.data()[i]);
+        }
+        value = livetet::python::IntArray(narrow);
+        return true;
+    }
+};
+
+}  // namespace pybind11::detail

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "apps/python/arrays.hpp"
+#include "apps/python/budget.hpp"
 #include "apps/python/engine.hpp"
 #include "apps/python/scene.hpp"
 #include "apps/scene/body_factory.hpp"
@@ -85,10 +86,7 @@ class Body : public Closable {
         const auto start = Clock::now();
         return in_engine([&] {
             FrameControls controls;
-            if (budget_ms)
-                controls.deadline =
-                    start + std::chrono::duration_cast<Clock::duration>(
-                                std::chrono::duration<double, std::milli>(*budget_ms));
+            controls.deadline = deadline_of(start, budget_ms);
             const StepReport report = open().advance(dt, controls);
             open().displacement(displacement);
             return report;

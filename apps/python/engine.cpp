@@ -96,6 +96,9 @@ PetscSession* start_engine() {
 }
 
 void add_petsc_options(const std::string& options) {
+    const std::size_t first = options.find_first_not_of(" \t\n");
+    if (first != options.npos && options[first] != '-')
+        fail("options: found \"{}\", expected -name value ...", options);
     start_engine();
     if (PetscOptionsInsertString(nullptr, options.c_str()))
         fail("\"{}\" cannot be read by PETSc, expected -name value ...", options);

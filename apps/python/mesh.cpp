@@ -12,6 +12,7 @@
 #include "io/text.hpp"
 #include "mesh/quadratic.hpp"
 #include "mesh/shapes.hpp"
+#include "meshing/options.hpp"
 
 namespace livetet::python {
 
@@ -53,10 +54,14 @@ Mesh mesh_of_arrays(const DoubleArray& points, const IntArray& tets,
 
 Mesh box(const std::array<double, 3>& size, const std::vector<std::array<int, 3>>& cells) {
     if (cells.empty()) fail("cells: found none, expected (nx, ny, nz) of each level");
+    constexpr double tets_a_cell = 6;
     std::vector<TetMesh> levels;
     for (const auto& n : cells) {
         if (std::min({n[0], n[1], n[2]}) < 1)
             fail("cells: found ({}, {}, {}), expected 1 or more along each axis", n[0], n[1], n[2]);
+        if (const double tets = tets_a_cell * n[0] * n[1] * n[2]; tets > max_tets)
+            fail("cells: found ({}, {}, {}), {:.3g} tets, expected at most {}", n[0], n[1], n[2],
+                 tets, max_tets);
         levels.push_back(shapes::box({size[0], size[1], size[2]}, n));
     }
     return Mesh(std::make_shared<const MeshHierarchy>(make_hierarchy(std::move(levels), "a box")));
@@ -136,15 +141,37 @@ void bind_sampler(py::module_& module) {
 
 }  // namespace
 
+namespace {
+
+/// What a table of keys may hold beside JSON's types, as one of these: arrays and numbers of numpy,
+/// and paths. Throws Error for anything else.
+py::object plain_value(const py::object& value) {
+    if (py::hasattr(value, "tolist")) return value.attr("tolist")();
+    if (py::hasattr(value, "__fspath__")) return py::str(path_of(value));
+    fail(
+        "table of keys: found an object of type {}, expected tables, lists, text, numbers and None",
+        py::type::of(value).attr("__name__").cast<std::string>());
+}
+
+}  // namespace
+
 std::string path_of(const py::object& path) {
     return py::module_::import("os").attr("fspath")(path).cast<std::string>();
 }
 
 std::string yaml_text_of(const py::object& text_or_dict) {
     if (py::isinstance<py::str>(text_or_dict)) return text_or_dict.cast<std::string>();
-    return py::module_::import("json")
-        .attr("dumps")(text_or_dict, py::arg("default") = py::type::of(py::str("")))
-        .cast<std::string>();
+    const py::cpp_function plain(&plain_value);
+    try {
+        return py::module_::import("json")
+            .attr("dumps")(text_or_dict, py::arg("default") = plain)
+            .cast<std::string>();
+    } catch (py::error_already_set& raised) {
+        // A table within itself, or a key that is no text; the value of a key raises Error.
+        if (!raised.matches(PyExc_TypeError) && !raised.matches(PyExc_ValueError)) throw;
+        if (raised.matches(py::module_::import("livetet").attr("Error"))) throw;
+        fail("table of keys: {}", py::str(raised.value()).cast<std::string>());
+    }
 }
 
 void bind_mesh(py::module_& module) {

@@ -6,6 +6,7 @@
 #include "apps/live/tracked_model.hpp"
 #include "apps/live/tracker_source.hpp"
 #include "apps/python/arrays.hpp"
+#include "apps/python/budget.hpp"
 #include "apps/python/engine.hpp"
 #include "apps/python/scene.hpp"
 #include "io/openigtlink/plus_pose.hpp"
@@ -95,16 +96,12 @@ class PyTrackedBody : public Closable {
 
     PyFrame step(const py::object& self, const TrackerSample& sample,
                  std::optional<double> budget_ms) {
-        const auto start = Clock::now();
+        FrameLimits limits;
+        limits.deadline = deadline_of(Clock::now(), budget_ms);
         const Frame* frame = nullptr;
         in_engine([&] {
             if (!tracked_) fail("TrackedBody: is closed, expected steps before close()");
             if (has_work_) tracked_->work_on_responses();
-            FrameLimits limits;
-            if (budget_ms)
-                limits.deadline =
-                    start + std::chrono::duration_cast<Clock::duration>(
-                                std::chrono::duration<double, std::milli>(*budget_ms));
             frame = &tracked_->advance(sample, limits);
             has_work_ = true;
         });

@@ -96,6 +96,54 @@ class Errors(InFolder):
         with self.assertRaisesRegex(livetet.Error, "expected 0 to 3"):
             livetet.Mesh(np.eye(4, 3), [[0, 1, 2, 3]], node_sets={"fixed": [4]})
 
+    def test_node_numbers_are_whole_and_of_32_bits(self):
+        body = livetet.Body(livetet.Scene(self.beam(), self.folder))
+        push = np.full((1, 3), 1e-4)
+        for bad in ([1.5], [True], [2**32 + 1], np.array([2**64 - 1], np.uint64)):
+            with self.subTest(bad=bad), self.assertRaises(livetet.Error):
+                body.prescribe(bad, push)
+        for good in ([40], np.array([40], np.uint8), np.array([40, 1, 41, 1], np.int32)[::2]):
+            with self.subTest(good=good):
+                body.prescribe(good, np.tile(push, (len(good), 1)))
+        body.prescribe([], np.empty((0, 3)))
+        body.solve()
+        np.testing.assert_allclose(body.displacement[[40, 41]], np.tile(push, (2, 1)))
+
+    def test_a_budget_is_a_time(self):
+        body = livetet.Body(livetet.Scene(self.beam(), self.folder))
+        for bad in (-1, float("nan"), float("inf")):
+            with self.subTest(bad=bad), self.assertRaisesRegex(livetet.Error, "budget_ms: found"):
+                body.advance(budget_ms=bad)
+        self.assertTrue(body.advance(budget_ms=1000).converged)
+
+    def test_boxes_that_fit_no_memory_are_refused(self):
+        with self.assertRaisesRegex(livetet.Error, "6e.15 tets, expected at most"):
+            livetet.box((1, 1, 1), [(100000, 100000, 100000)])
+
+    def test_words_that_are_no_options_are_refused(self):
+        with self.assertRaisesRegex(livetet.Error, 'found "nonsense", expected -name'):
+            livetet.add_petsc_options("nonsense")
+
+
+class Keys(InFolder):
+    def test_numbers_of_numpy_and_paths_are_taken(self):
+        scene = self.beam(
+            mesh={"file": pathlib.Path("beam.h5")},
+            materials=[{"young_Pa": np.float32(2500), "region": np.int64(0)}],
+            gravity_m_per_s2=np.array([0, 0, -1.5]),
+        )
+        keys = livetet.Scene(scene, self.folder).to_dict()
+        self.assertEqual(keys["gravity_m_per_s2"], [0, 0, -1.5])
+        self.assertEqual(keys["materials"][0]["young_Pa"], 2500)
+        self.assertEqual(pathlib.Path(keys["mesh"]["file"]).name, "beam.h5")
+
+    def test_other_objects_are_refused(self):
+        ring = {}
+        ring["mesh"] = ring
+        for bad in (ring, {"mesh": {"file": object()}}, {(1, 2): 3}):
+            with self.assertRaisesRegex(livetet.Error, "^table of keys: "):
+                livetet.Scene(bad)
+
 
 class Arrays(InFolder):
     def test_those_of_a_mesh_are_views_that_keep_it(self):
