@@ -57,7 +57,8 @@ LevelAssembler::LevelAssembler(const TetMesh& mesh, PartitionedMesh share,
     else if (formulation == Formulation::mixed)
         pressure_ = make_pressure_space(share_, corner_count(mesh));
     if (const auto* layout = std::get_if<MatrixLayout>(&storage)) {
-        if (is_batched()) make_double_batches();
+        // By the whole mesh: a rank without tets has no edge nodes either, and must do as others.
+        if (mesh.edge_nodes.empty() && is_batched()) make_double_batches();
         matrix_.emplace(share_, *layout);
     } else if (std::holds_alternative<SinglePrecision>(storage)) {
         make_single_batches();
