@@ -17,8 +17,9 @@ SIZE = (30, 20, 20)
 SPACING = 4.0  # mm
 
 
-def write_labels(path):
-    """A label map as NIfTI: 1 in a beam from (8, 8, 8) to (108, 68, 68) mm, in RAS."""
+def write_labels(path, shift_mm=0.0):
+    """A label map as NIfTI: 1 in voxels with their centres from (8, 8, 8) to (104, 64, 64) mm, in
+    RAS. shift_mm: of all voxels along x."""
     labels = np.zeros(SIZE[::-1], np.uint8)
     labels[2:17, 2:17, 2:27] = 1
     header = bytearray(352)
@@ -30,7 +31,7 @@ def write_labels(path):
     struct.pack_into("<2B", header, 122, 0, 2)  # mm
     struct.pack_into("<2h", header, 252, 0, 1)  # place by the matrix
     for row in range(3):
-        values = [0.0] * 4
+        values = [0.0, 0.0, 0.0, shift_mm if row == 0 else 0.0]
         values[row] = SPACING
         struct.pack_into("<4f", header, 280 + 16 * row, *values)
     header[344:348] = b"n+1\0"
@@ -56,6 +57,20 @@ class Warps(InFolder):
         )
         self.result = self.scene.solve().result()
         self.image = self.folder / "labels.nii.gz"
+
+    def test_a_note_tells_of_a_layer_that_the_image_does_not_hold(self):
+        def notes_with_face_at(x):
+            cut = self.folder / "cut.nii.gz"
+            write_labels(cut, x + SPACING / 2)
+            outcome = self.run_program("warp", "result.h5", "--image", cut, "-o", "out.nii.gz")
+            self.assertEqual(outcome.returncode, 0, outcome.stderr)
+            return "nodes of the mesh at rest lie outside of" in outcome.stdout
+
+        least = 1e3 * self.result.mesh.points[:, 0].min()
+        self.assertAlmostEqual(least, 6, delta=1)
+        # A surface that bulges over the outermost voxels is no news.
+        self.assertFalse(notes_with_face_at(least + 0.2 * SPACING))
+        self.assertTrue(notes_with_face_at(least + 0.5 * SPACING))
 
     def test_the_files_are_those_of_the_program(self):
         outcome = self.run_program("warp", "result.h5", "--image", self.image, "-o", "a.nii.gz",
