@@ -12,6 +12,7 @@
 #include <system_error>
 
 #include "apps/commands/commands.hpp"
+#include "apps/commands/option_text.hpp"
 #include "apps/commands/version_text.hpp"
 #include "base/error.hpp"
 #include "base/petsc.hpp"
@@ -122,6 +123,16 @@ std::string error_text(const CLI::ParseError& e, const CLI::App& app) {
     return message;
 }
 
+/// "livetet calibrate pivot", as far as it was parsed.
+std::string command_of(const CLI::App& app) {
+    std::string name = "livetet";
+    for (const CLI::App* command = &app; !command->get_subcommands().empty();) {
+        command = command->get_subcommands().front();
+        name += " " + command->get_name();
+    }
+    return name;
+}
+
 constexpr int our_fault = 70;  // EX_SOFTWARE of sysexits.h
 
 /// What has to be set before anything is printed, opened or started.
@@ -199,6 +210,7 @@ int main(int argc, char** argv) {
         "target, 2 bad input, 3 not converged or a replay that differs, 4 some of a study not "
         "converged, 70 internal error; "
         "128 plus the signal's number if a signal ended it.");
+    app.formatter(help_formatter());
     ExitStatus status;
     add_commands(app, status);
     refuse_no_numbers(app);
@@ -207,9 +219,10 @@ int main(int argc, char** argv) {
     } catch (const Interrupted& by) {
         return give_up("stopped", 128 + by.signal);
     } catch (const CLI::ParseError& e) {
-        return e.get_exit_code() == 0
-                   ? app.exit(e)
-                   : give_up(fmt::format("{} (livetet --help explains)", error_text(e, app)), 2);
+        return e.get_exit_code() == 0 ? app.exit(e)
+                                      : give_up(fmt::format("{} ({} --help explains)",
+                                                            error_text(e, app), command_of(app)),
+                                                2);
     } catch (const Error& e) {
         return give_up(e.what(), 2);
     } catch (const std::system_error& e) {

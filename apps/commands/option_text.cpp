@@ -51,7 +51,21 @@ std::string others_text(std::string_view relation, const std::set<CLI::Option*>&
     return names.empty() ? "" : fmt::format("; {} {}", relation, fmt::join(names, ", "));
 }
 
+class HelpFormatter final : public CLI::Formatter {
+  public:
+    std::string make_option_opts(const CLI::Option* option) const override {
+        std::string text = CLI::Formatter::make_option_opts(option);
+        const std::string type = option->get_type_name();
+        const std::size_t at = text.find(type);
+        const std::vector<std::string> names = choices_of(*option);
+        if (names.empty() || at == text.npos) return text;
+        return text.replace(at, type.size(), fmt::format("TEXT:{{{}}}", fmt::join(names, ",")));
+    }
+};
+
 }  // namespace
+
+std::shared_ptr<CLI::FormatterBase> help_formatter() { return std::make_shared<HelpFormatter>(); }
 
 std::vector<const CLI::App*> subcommands_of(const CLI::App& command) {
     return command.get_subcommands([](const CLI::App*) { return true; });

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -36,5 +37,9 @@ std::string meaning_text(const CLI::Option& option);
 /// The footer of a command's own: CLI11 hands a footer down to the sub-commands. Empty if it has
 /// none.
 std::string own_footer(const CLI::App& command);
+
+/// Help of a command as CLI11 writes it, but for enumerations: "TEXT:{lps,ras}" in place of the
+/// numbers behind the names.
+std::shared_ptr<CLI::FormatterBase> help_formatter();
 
 }  // namespace livetet

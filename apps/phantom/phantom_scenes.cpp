@@ -45,7 +45,7 @@ time:
 
 solver:
   kind: live                 # conjugate gradients over the levels, in single precision, on two cores or more
-  relative_tolerance: 1e-2   # of each frame's linear solve: far below the tracker's noise
+  relative_tolerance: 0.01   # of each frame's linear solve: far below the tracker's noise
 
 track:
   source: press.igs.mha      # PLUS's sequence format; openigtlink://localhost:18944 is a running PLUS server

@@ -36,7 +36,8 @@ struct Entry {
         const std::string path = key.empty() ? name : key + "." + name;
         if (!value.is_object())
             fail("{}: {} is no object, expected one with {}", file, key.empty() ? "it" : key, name);
-        if (!value.contains(name)) fail("{}: {} is missing", file, path);
+        if (!value.contains(name))
+            fail("{}: {} is missing, expected a truth of `livetet phantom`", file, path);
         return {value.at(name), file, path};
     }
     Entry at(std::size_t i) const { return {value[i], file, fmt::format("{}[{}]", key, i)}; }
