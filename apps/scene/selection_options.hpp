@@ -27,7 +27,7 @@ struct SelectionOptions {
 template <class Visitor>
 void visit_selection(Visitor& v, SelectionOptions& s) {
     v.field("mask", s.mask, "",
-            "nodes in the non-zero voxels of this mask image (NIfTI, NRRD, MetaImage)");
+            "nodes in the non-zero voxels of this mask image (NIfTI, NRRD, MetaImage, DICOM)");
     v.field("group", s.group, "",
             "nodes of this named set: a Gmsh physical group, or one kept in the hierarchy file");
     v.field("box_mm", s.box_mm, "mm", "nodes in the box [x0, y0, z0, x1, y1, z1]");

@@ -30,6 +30,9 @@ std::string read_text_file(const fs::path& path) {
     std::error_code ignored;
     if (!fs::exists(path, ignored)) fail("{}: no such file", path.string());
     if (fs::is_directory(path, ignored)) fail("{}: is a folder, expected a file", path.string());
+    // /dev/zero has no end.
+    if (fs::is_character_file(path, ignored) && !fs::equivalent(path, "/dev/null", ignored))
+        fail("{}: is a device, expected a file", path.string());
     std::ifstream in(path, std::ios::binary);
     std::ostringstream text;
     text << in.rdbuf();

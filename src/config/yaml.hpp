@@ -80,7 +80,8 @@ class YamlReader {
     YamlReader(YAML::Node node, std::string file, std::string prefix = "")
         : node_(std::move(node)), file_(std::move(file)), prefix_(std::move(prefix)) {
         if (node_ && !node_.IsNull() && !node_.IsMap())
-            fail("{} must be a table of keys ({})", prefix_.empty() ? "the file" : prefix_,
+            fail("{} must be a table of keys ({})",
+                 prefix_.empty() ? "the file" : prefix_.substr(0, prefix_.size() - 1),
                  place(node_));
     }
 

@@ -66,7 +66,7 @@ TEST(Yaml, SaysValueLimitAndPlace) {
               "others[0].young_Pa = soft must be a number, or NUMBER +- SPREAD (liver.yaml:2)");
     EXPECT_EQ(refusal("material: {young_Pa: 1, young_Pa: 2}"),
               "material.young_Pa is given twice (liver.yaml:1)");
-    EXPECT_EQ(refusal("material: 3"), "material. must be a table of keys (liver.yaml:1)");
+    EXPECT_EQ(refusal("material: 3"), "material must be a table of keys (liver.yaml:1)");
     EXPECT_NE(refusal("material: [").find("liver.yaml:"), std::string::npos);
     for (const char* key :
          // A list or a table as a key; found by fuzzing.
