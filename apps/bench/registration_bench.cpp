@@ -24,7 +24,7 @@ struct RegistrationBenchArguments {
     int seeds = 3;
     int tets = 6000, truth_tets = 4000, timed_tets = 20000;
     bool quick = false;
-    double energy_mJ = DeformOptions{}.energy_mJ;
+    RegistrationPrior prior;
     std::string only;
     std::filesystem::path json, figure;
 };
@@ -170,6 +170,7 @@ nlohmann::json json_of(const MeasuredCell& m) {
                         {"converged", r.converged},
                         {"refusal", r.refusal},
                         {"iterations", r.iterations},
+                        {"energy_mJ", r.energy_mJ},
                         {"first_step_s", r.first_s},
                         {"fit_s", r.fit_s}});
     }
@@ -247,10 +248,10 @@ int bench_registration(const RegistrationBenchArguments& a) {
                 static_cast<double>(m.runs.size() * cells.size() + (&m - cells.data())) /
                     static_cast<double>(static_cast<std::size_t>(a.seeds) * cells.size()),
                 fmt::format("seed {}, cell {} of {}", s, &m - cells.data() + 1, cells.size()));
-            m.runs.push_back(run_registration(m.cell, organ, model, seed, a.energy_mJ));
+            m.runs.push_back(run_registration(m.cell, organ, model, seed, a.prior));
         }
         if (s == 1 && !a.quick && a.only.empty())
-            timed = run_registration({}, organ, model_of(a.timed_tets), seed, a.energy_mJ);
+            timed = run_registration({}, organ, model_of(a.timed_tets), seed, a.prior);
     }
     progress.reset();
 
@@ -289,9 +290,20 @@ void add_registration_benchmark(CLI::App& bench, int& status) {
                      "the first cell, and those in which this is varied; no timing")
         ->check(
             CLI::IsMember({"coverage", "noise", "outliers", "motion", "support", "forces", "all"}));
-    command->add_option("--energy-mJ", a->energy_mJ, "deform.energy_mJ of the model's scene")
-        ->capture_default_str()
+    command
+        ->add_option("--energy-mJ", a->prior.energy_mJ,
+                     "deform.energy_mJ of the model's scene; not given: auto")
         ->check(CLI::PositiveNumber);
+    command
+        ->add_option("--shared-error-mm", a->prior.shared_error_mm,
+                     "deform.shared_error_mm of the model's scene")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 100));
+    command
+        ->add_option("--model-error-percent", a->prior.model_error_percent,
+                     "deform.model_error_percent of the model's scene")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 100));
     command->add_flag("--quick", a->quick, "the first cell alone, without a verdict");
     command->add_option("--json", a->json, "write the figures of every run to this file");
     add_figure_option(*command, "--figure", a->figure,

@@ -31,7 +31,8 @@ FixOptions model_support(KnownSupport support) {
     return fix;
 }
 
-Scene model_scene(const RegistrationCell& cell, const PulledOrgan& organ, double energy_mJ) {
+Scene model_scene(const RegistrationCell& cell, const PulledOrgan& organ,
+                  const RegistrationPrior& prior) {
     constexpr double zone_mm = 40;
     Scene scene;
     scene.materials = {Material{.poisson = 0.40}};
@@ -46,7 +47,9 @@ Scene model_scene(const RegistrationCell& cell, const PulledOrgan& organ, double
         deform.forces = {zone};
     }
     deform.point_error_mm = std::max(0.5, 1e3 * cell.sweep.noise_m);
-    deform.energy_mJ = energy_mJ;
+    deform.energy_mJ = {prior.energy_mJ};
+    deform.shared_error_mm = prior.shared_error_mm;
+    deform.model_error_percent = prior.model_error_percent;
     deform.frame_error_mm = 2;
     deform.frame_error_deg = 1;
     for (const NamedPoint& t : organ.targets) {
@@ -82,7 +85,8 @@ double rms_over(const std::vector<RegistrationRun>& runs, Vector3 RegisteredTarg
 }
 
 RegistrationRun run_registration(const RegistrationCell& cell, const PulledOrgan& organ,
-                                 const MeshHierarchy& model, std::uint64_t seed, double energy_mJ) {
+                                 const MeshHierarchy& model, std::uint64_t seed,
+                                 const RegistrationPrior& prior) {
     constexpr double within_95 = 7.815;  // chi-square of three degrees of freedom
     const std::size_t step = organ.step_of(cell.rms_m);
     RegistrationRun run;
@@ -93,7 +97,7 @@ RegistrationRun run_registration(const RegistrationCell& cell, const PulledOrgan
     MeasuredOrgan measured{"the sweep", sweep_surface(organ, step, sweep), {}};
     for (Vector3& c : measured.points) c = offset * c;
 
-    const Scene scene = model_scene(cell, organ, energy_mJ);
+    const Scene scene = model_scene(cell, organ, prior);
     SceneBody body = make_body(PETSC_COMM_WORLD, scene, model, Use::solve);
     const SceneConstraints constraints(scene, body.mesh());
     const TriangleMesh surface{body.mesh().nodes, boundary_triangles(body.mesh().tets)};
@@ -120,6 +124,7 @@ RegistrationRun run_registration(const RegistrationCell& cell, const PulledOrgan
         run.directions = found.directions;
         run.open_directions = found.open_directions;
         run.iterations = found.report.iterations;
+        run.energy_mJ = 1e3 * found.report.prior.energy;
         const std::vector<Vector3> u = PointSampler(body.mesh(), positions_of(organ.targets))
                                            .sample(body.body->displacement());
         for (std::size_t t = 0; t < u.size(); ++t) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,13 @@ struct RegistrationCell {
     KnownForces forces = KnownForces::zone;
 };
 
+/// Keys of the scene's section deform that a user of the benchmark may vary.
+struct RegistrationPrior {
+    std::optional<double> energy_mJ{};  ///< none: auto
+    double shared_error_mm = DeformOptions{}.shared_error_mm;
+    double model_error_percent = DeformOptions{}.model_error_percent;
+};
+
 /// A target, registered; m, in the image.
 struct RegisteredTarget {
     Vector3 motion;            ///< true
@@ -45,6 +53,7 @@ struct RegistrationRun {
     bool is_stated = false;
     std::size_t directions = 0, open_directions = 0;  ///< of the forces; open: left to the prior
     int iterations = 0;
+    double energy_mJ = 0;           ///< of the prior, as chosen or stated
     double first_s = 0, fit_s = 0;  ///< processor time to the first iteration's end, and of all
     std::string refusal;  ///< what the registration was refused for; then the rigid one counts
 };
@@ -54,9 +63,10 @@ double rms_over(const std::vector<RegistrationRun>& runs, Vector3 RegisteredTarg
 
 /// Registers the organ by its surface, rigidly and deforming, with a model of another material
 /// (corotated, nu = 0.40), mesh and elements (four nodes) than the truth's. The frame of the points
-/// is off by 2 mm and 1 degree. `model`: the mesh, with the set "fixed". `energy_mJ`: of the
+/// is off by 2 mm and 1 degree. `model`: the mesh, with the set "fixed". `prior`: values of the
 /// scene's section deform. Needs a PetscSession.
 RegistrationRun run_registration(const RegistrationCell& cell, const PulledOrgan& organ,
-                                 const MeshHierarchy& model, std::uint64_t seed, double energy_mJ);
+                                 const MeshHierarchy& model, std::uint64_t seed,
+                                 const RegistrationPrior& prior);
 
 }  // namespace livetet

@@ -97,10 +97,14 @@ FrameStatement statement_of(const DeformedOrgan& found, PointFrame frame) {
         s.covariance = t.covariance;
         s.radius_95 = t.radius_95;
         s.by_source[static_cast<std::size_t>(ErrorSource::fiducials)] = t.by_pose_m2;
+        s.by_source[static_cast<std::size_t>(ErrorSource::law)] = t.by_model_m2;
     }
+    // The model's error is stated as one share of the motion, not by what causes it.
     for (const ErrorSource source :
-         {ErrorSource::materials, ErrorSource::fixed, ErrorSource::elements, ErrorSource::law})
+         {ErrorSource::materials, ErrorSource::fixed, ErrorSource::elements})
         statement.missing.add(source);
+    if (std::ranges::all_of(found.targets, [](const auto& t) { return t.by_model_m2 == 0; }))
+        statement.missing.add(ErrorSource::law);
     if (frame == PointFrame::fixed) statement.missing.add(ErrorSource::fiducials);
     return statement;
 }
@@ -146,6 +150,8 @@ json describe_deform(const DeformedOrgan& found, const MeasuredOrgan& measured, 
                {"landmarks_mm", landmarks},
                {"image_from_points", matrix},
                {"total_force_N", {r.total_force_N.x(), r.total_force_N.y(), r.total_force_N.z()}},
+               {"energy_mJ", 1e3 * r.prior.energy},
+               {"points_sharing_error", r.sharing_points},
                {"young_modulus", "not determined: points show displacements alone"},
                {"first_step_s", found.first_step_s},
                {"fit_s", found.fit_s}};
@@ -180,9 +186,17 @@ void print_open(const DeformedOrgan& found) {
                    counted(found.open_motions, "rigid motion"));
     for (const TargetSpread& t : found.targets)
         fmt::print(
-            "target           {}: 95 % within {:.2f} mm, without materials, fixed, elements "
-            "and law\n",
-            t.name, 1e3 * t.radius_95);
+            "target           {}: 95 % within {:.2f} mm, {:.2f} mm RMS of it by "
+            "model_error_percent\n",
+            t.name, 1e3 * t.radius_95, 1e3 * std::sqrt(t.by_model_m2));
+}
+
+/// How far the data tell the energy of the prior; empty for one that the scene states.
+std::string text_of_choice(const PriorWeight& prior) {
+    if (prior.determined == 0) return "";
+    if (prior.at_bound || !std::isfinite(prior.log_spread))
+        return ", chosen at its bound: the points do not tell it";
+    return fmt::format(", chosen, known to a factor of {:.1f}", std::exp(prior.log_spread));
 }
 
 void print_found(const DeformedOrgan& found, const MeasuredOrgan& measured, PointFrame frame,
@@ -199,6 +213,9 @@ void print_found(const DeformedOrgan& found, const MeasuredOrgan& measured, Poin
         fmt::print("landmarks        {:.2f} mm RMS, {:.2f} mm at most\n", 1e3 * r.landmark_rms_m,
                    1e3 * *std::ranges::max_element(r.landmarks_m));
     fmt::print("outliers         {}\n", r.outliers);
+    fmt::print(
+        "energy           {:.3g} mJ need no reason in the points{}; {:.1f} points share an error\n",
+        1e3 * r.prior.energy, text_of_choice(r.prior), r.sharing_points);
     fmt::print("iterations       {}, {}\n", r.iterations,
                r.converged ? "converged" : "NOT converged");
     if (frame == PointFrame::fixed)

@@ -27,7 +27,9 @@ struct DeformOptions {
     std::vector<ForceZoneOptions> forces;
     double point_error_mm = 1;
     double landmark_error_mm = 2;
-    double energy_mJ = 1;
+    double shared_error_mm = 10;
+    double model_error_percent = 15;
+    NumberOrAuto energy_mJ{};
     PointFrame frame = PointFrame::refined;
     double frame_error_mm = 3;
     double frame_error_deg = 2;
@@ -60,9 +62,19 @@ void visit_fields(Visitor& v, DeformOptions& d) {
             within({0.01, 20}));
     v.field("landmark_error_mm", d.landmark_error_mm, "mm",
             "error of a landmark along each axis, one standard deviation", within({0.01, 50}));
+    v.field("shared_error_mm", d.shared_error_mm, "mm",
+            "points nearer to each other than about this share one error, that of the model: many "
+            "points on one spot say no more than a few; 0: each has its own",
+            within({0, 100}));
+    v.field("model_error_percent", d.model_error_percent, "%",
+            "error of the model inside, for another material, other constraints and its mesh: of a "
+            "target's displacement, along each axis, one standard deviation. It enters the stated "
+            "error alone",
+            within({0, 100}));
     v.field("energy_mJ", d.energy_mJ, "mJ",
-            "elastic energy of forces that need no reason in the points: smaller is stiffer",
-            greater_than<0>());
+            "elastic energy of forces that need no reason in the points: smaller is stiffer. auto: "
+            "the value that makes the points most probable, chosen with the deformation",
+            within<NumberOrAuto>({.low = 0, .ends = Ends::low_excluded}, ", or auto"));
     v.choice("frame", d.frame, "what is sought of the frame of the points",
              {{PointFrame::fixed, "fixed", "nothing: it is the mesh's"},
               {PointFrame::refined, "refined",

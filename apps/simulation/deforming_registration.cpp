@@ -72,7 +72,8 @@ SurfaceRegistrationOptions registration_options(const DeformOptions& deform) {
     SurfaceRegistrationOptions options;
     options.point_error_m = deform.point_error_mm / 1e3;
     options.landmark_error_m = deform.landmark_error_mm / 1e3;
-    options.prior_energy_J = deform.energy_mJ / 1e3;
+    options.shared_error_m = deform.shared_error_mm / 1e3;
+    if (deform.energy_mJ.number) options.prior_energy_J = *deform.energy_mJ.number / 1e3;
     options.tolerance_m = deform.tolerance_mm / 1e3;
     options.max_iterations = deform.max_iterations;
     if (deform.frame != PointFrame::fixed) {
@@ -110,14 +111,17 @@ void refuse_other_surface(const DeformOptions& deform, const MeasuredOrgan& meas
         deform.point_error_mm);
 }
 
+/// `model_share`: standard deviation of the model's own error along an axis, of the displacement.
 TargetSpread spread_at(const SurfaceRegistration& registration, const SurfacePosterior& posterior,
-                       const BodyPlace& place) {
+                       const BodyPlace& place, double model_share) {
     const Eigen::MatrixXd rows = registration.place_rows(place);
     const Eigen::Index forces = std::ssize(registration.coefficients());
     TargetSpread spread;
     spread.place = place;
     const Eigen::Matrix3d c = rows * posterior.covariance * rows.transpose();
-    spread.covariance = (c + c.transpose()) / 2;
+    const double of_model = model_share * place.of(registration.displacement()).norm();
+    spread.covariance = (c + c.transpose()) / 2 + of_model * of_model * Eigen::Matrix3d::Identity();
+    spread.by_model_m2 = 3 * of_model * of_model;
     spread.radius_95 = error_ellipsoid(spread.covariance).radius_95;
     const Eigen::Index pose = rows.cols() - forces;
     if (pose > 0)
@@ -139,7 +143,8 @@ void state_targets(const Scene& scene, const DeformOptions& deform, const TetMes
     for (const Target& target : targets) {
         TargetSpread worst;
         for (const BodyPlace& place : places_in(mesh, target.places)) {
-            TargetSpread spread = spread_at(registration, posterior, place);
+            TargetSpread spread =
+                spread_at(registration, posterior, place, deform.model_error_percent / 100);
             if (spread.radius_95 >= worst.radius_95) worst = std::move(spread);
         }
         worst.name = target.name;

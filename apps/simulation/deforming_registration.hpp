@@ -13,15 +13,16 @@
 namespace livetet {
 
 /// Where a deforming registration puts a target, and how far that may be off by what the points
-/// leave open; of a region, its place with the largest radius.
+/// leave open and by the model's own error; of a region, its place with the largest radius.
 struct TargetSpread {
     std::string name;
     BodyPlace place;
     Vector3 position = Vector3::Zero();  ///< in the image, deformed, m
     /// Of the position that is shown for what lies in the frame of the points, m^2.
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-    double radius_95 = 0;   ///< m
-    double by_pose_m2 = 0;  ///< what the covariance's trace would be by the pose alone
+    double radius_95 = 0;    ///< m
+    double by_pose_m2 = 0;   ///< what the covariance's trace would be by the pose alone
+    double by_model_m2 = 0;  ///< and by model_error_percent alone
 };
 
 /// What a deforming registration found.

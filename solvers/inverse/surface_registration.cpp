@@ -42,7 +42,8 @@ void check_positive(double value, const char* name) {
 
 void check_registration_options(const SurfaceRegistrationOptions& o) {
     check_positive(o.point_error_m, "point_error_m");
-    check_positive(o.prior_energy_J, "prior_energy_J");
+    if (o.prior_energy_J) check_positive(*o.prior_energy_J, "prior_energy_J");
+    if (o.shared_error_m != 0) check_positive(o.shared_error_m, "shared_error_m");
     check_positive(o.tolerance_m, "tolerance_m");
     check_positive(o.equilibrium_tolerance, "equilibrium_tolerance");
     check_positive(o.linear_tolerance, "linear_tolerance");
@@ -92,21 +93,28 @@ SurfaceRegistration::SurfaceRegistration(DeformableBody& body, std::span<const V
     body_.set_displacement(u_);
     body_.linearise();
     find_responses();
-    prior_ = Eigen::MatrixXd::Zero(all, all);
+    shape_.resize(n, n);
     std::vector<Vector3> column(rest_.size());
     for (Eigen::Index j = 0; j < n; ++j) {
         Eigen::Map<Eigen::VectorXd>(column.front().data(), responses_.rows()) = responses_.col(j);
-        prior_.col(j).head(n) = basis_.project(column) / options_.prior_energy_J;
-        if (!(prior_(j, j) > 0))
+        shape_.col(j) = basis_.project(column);
+        if (!(shape_(j, j) > 0))
             fail(
                 "surface registration: column {} of the force basis moves nothing, expected free "
                 "nodes: are its {} nodes fixed?",
                 j, basis_.column(static_cast<std::size_t>(j)).nodes.size());
     }
-    prior_ = (prior_ + prior_.transpose()).eval() / 2;
+    shape_ = (shape_ + shape_.transpose()).eval() / 2;
+    prior_ = Eigen::MatrixXd::Zero(all, all);
+    if (options_.prior_energy_J) set_energy(*options_.prior_energy_J);
     if (!seeks_pose()) return;
     prior_.diagonal().segment<3>(n).setConstant(1 / (options.pose_error_m * options.pose_error_m));
     prior_.diagonal().tail<3>().setConstant(1 / (options.pose_error_rad * options.pose_error_rad));
+}
+
+void SurfaceRegistration::set_energy(double energy_J) {
+    weight_.energy = energy_J;
+    prior_.topLeftCorner(forces_count(), forces_count()) = shape_ / energy_J;
 }
 
 PointPose SurfaceRegistration::pose_at(const Eigen::VectorXd& q) const {
@@ -148,7 +156,7 @@ SurfaceRegistration::Fitted SurfaceRegistration::at(const Eigen::VectorXd& q,
     const SurfaceMisfit misfit(surface_, c);
     fitted.matches =
         scale ? misfit.match(x, *scale) : misfit.match_from_afar(x, options_.point_error_m);
-    fitted.value = fitted.matches.value;
+    fitted.value = fitted.matches.value / sharing_;
     fitted.landmark_scale =
         options_.landmark_error_m * fitted.matches.scale / options_.point_error_m;
     for (const Landmark& l : landmarks_) {
@@ -165,7 +173,7 @@ Eigen::MatrixXd SurfaceRegistration::rows(const Fitted& fitted) const {
         Eigen::MatrixXd::Zero(points + 3 * std::ssize(fitted.offsets), q_.size());
     for (Eigen::Index i = 0; i < points; ++i) {
         const SurfaceMatch& m = fitted.matches.points[static_cast<std::size_t>(i)];
-        const double factor = std::sqrt(m.confidence) / fitted.matches.scale;
+        const double factor = std::sqrt(m.confidence / sharing_) / fitted.matches.scale;
         for (int k = 0; k < 3; ++k)
             rows.row(i).head(forces_count()) += factor * m.weights[k] * m.direction.transpose() *
                                                 responses_.middleRows<3>(3 * m.nodes[k]);
@@ -192,11 +200,12 @@ Eigen::Matrix<double, pose_size, 1> pose_gradient(const SurfaceMatches& matches,
                                                   std::span<const Vector3> points,
                                                   std::span<const Landmark> landmarks,
                                                   std::span<const Vector3> offsets,
-                                                  const PointPose& pose, double landmark_scale) {
+                                                  const PointPose& pose, double landmark_scale,
+                                                  double sharing) {
     Eigen::Matrix<double, pose_size, 1> gradient = Eigen::Matrix<double, pose_size, 1>::Zero();
     for (std::size_t i = 0; i < points.size(); ++i) {
         const SurfaceMatch& m = matches.points[i];
-        gradient += m.confidence * m.distance / (matches.scale * matches.scale) *
+        gradient += m.confidence * m.distance / (matches.scale * matches.scale * sharing) *
                     pose.derivative(points[i]).transpose() * m.direction;
     }
     for (std::size_t l = 0; l < landmarks.size(); ++l)
@@ -207,9 +216,53 @@ Eigen::Matrix<double, pose_size, 1> pose_gradient(const SurfaceMatches& matches,
 
 }  // namespace
 
+LinearMisfit SurfaceRegistration::linear_misfit(const Fitted& fitted) const {
+    const Eigen::MatrixXd g = rows(fitted);
+    Eigen::VectorXd y = g * q_;
+    const Eigen::Index points = std::ssize(fitted.matches.points);
+    for (Eigen::Index i = 0; i < points; ++i) {
+        const SurfaceMatch& m = fitted.matches.points[static_cast<std::size_t>(i)];
+        y[i] += std::sqrt(m.confidence / sharing_) / fitted.matches.scale * m.distance;
+    }
+    for (std::size_t l = 0; l < fitted.offsets.size(); ++l)
+        y.segment<3>(points + 3 * static_cast<Eigen::Index>(l)) -=
+            fitted.offsets[l] / fitted.landmark_scale;
+    return {g.transpose() * g, g.transpose() * y, y.squaredNorm()};
+}
+
+void SurfaceRegistration::start_energy(const Fitted& fitted) {
+    constexpr double motion_share = 0.02;  // of the diagonal: of the seen surface, by the prior
+    set_energy(1);
+    const Eigen::Index n = forces_count();
+    const Eigen::MatrixXd g = rows(fitted).leftCols(n);
+    // Mean square motion of the surface along the misfits for E0 = 1, in units of the errors; in m.
+    const double s2 = fitted.matches.scale * fitted.matches.scale * sharing_;
+    const double mean =
+        s2 * shape_.ldlt().solve(g.transpose() * g).trace() / static_cast<double>(points_.size());
+    const double motion = motion_share * diagonal_;
+    set_energy(motion * motion / mean);
+}
+
+bool SurfaceRegistration::choose_energy(const Fitted& fitted) {
+    constexpr double max_factor = 4;       // an iteration
+    constexpr double least_change = 1.15;  // below, E0 is kept: J stays one function
+    if (weight_.energy == 0) start_energy(fitted);
+    const Eigen::Index poses = q_.size() - forces_count();
+    const PriorEvidence evidence(linear_misfit(fitted), shape_,
+                                 prior_.bottomRightCorner(poses, poses));
+    const double old = weight_.energy;
+    weight_ = evidence.best();
+    weight_.energy = std::clamp(weight_.energy, old / max_factor, old * max_factor);
+    const double change = weight_.energy / old;
+    const bool is_kept = change < least_change && change > 1 / least_change;
+    set_energy(is_kept ? old : weight_.energy);
+    return !is_kept;
+}
+
 SurfaceRegistration::Step SurfaceRegistration::next_step(const Fitted& fitted) {
     const double l2 = fitted.landmark_scale * fitted.landmark_scale;
     std::vector<Vector3> by_u = misfit_gradient(fitted.matches, rest_.size());
+    for (Vector3& g : by_u) g /= sharing_;
     for (std::size_t l = 0; l < landmarks_.size(); ++l) {
         const BodyPlace& place = landmarks_[l].place;
         for (std::size_t k = 0; k < place.nodes.size(); ++k)
@@ -221,7 +274,7 @@ SurfaceRegistration::Step SurfaceRegistration::next_step(const Fitted& fitted) {
     if (seeks_pose())
         gradient.tail<pose_size>() +=
             pose_gradient(fitted.matches, points_, landmarks_, fitted.offsets, fitted.pose,
-                          fitted.landmark_scale);
+                          fitted.landmark_scale, sharing_);
     const Eigen::MatrixXd g = rows(fitted);
     const Eigen::MatrixXd hessian = g.transpose() * g + prior_;
     Step step;
@@ -269,6 +322,22 @@ bool SurfaceRegistration::take(const Fitted& before, Step& step,
     return false;
 }
 
+namespace {
+
+constexpr double outlier_scales = 3;  // beyond, rho takes a point rather for an outlier
+
+/// The distance that this share of the points is within, m.
+double distance_quantile(const SurfaceMatches& matches, double share) {
+    std::vector<double> distances;
+    for (const SurfaceMatch& m : matches.points) distances.push_back(std::abs(m.distance));
+    const auto place = distances.begin() +
+                       static_cast<std::ptrdiff_t>(share * static_cast<double>(distances.size()));
+    std::nth_element(distances.begin(), place, distances.end());
+    return *place;
+}
+
+}  // namespace
+
 void SurfaceRegistration::check_distance(const Fitted& start) const {
     const double median = start.matches.scale / 1.5;  // where that is more than the error
     if (median > diagonal_ / 2)
@@ -278,6 +347,12 @@ void SurfaceRegistration::check_distance(const Fitted& start) const {
             1e3 * median, 1e3 * diagonal_ / 2);
 }
 
+SurfaceRegistration::Fitted SurfaceRegistration::annealed(double scale) const {
+    constexpr double factor = 0.7;
+    Fitted fitted = at(q_, u_, {});
+    return fitted.matches.scale < factor * scale ? at(q_, u_, factor * scale) : fitted;
+}
+
 void SurfaceRegistration::finish(const Fitted& fitted, SurfaceRegistrationReport& report) const {
     const SurfaceMatches& matches = fitted.matches;
     report.rms_m = matches.rms;
@@ -285,11 +360,7 @@ void SurfaceRegistration::finish(const Fitted& fitted, SurfaceRegistrationReport
     report.outliers = static_cast<std::size_t>(
         std::count_if(matches.points.begin(), matches.points.end(),
                       [](const SurfaceMatch& m) { return m.confidence < 0.25; }));
-    std::vector<double> distances;
-    for (const SurfaceMatch& m : matches.points) distances.push_back(std::abs(m.distance));
-    const auto middle = distances.begin() + std::ssize(distances) / 2;
-    std::nth_element(distances.begin(), middle, distances.end());
-    report.median_m = *middle;
+    report.median_m = distance_quantile(matches, 0.5);
     double squares = 0;
     for (const Vector3& offset : fitted.offsets) {
         report.landmarks_m.push_back(offset.norm());
@@ -297,21 +368,45 @@ void SurfaceRegistration::finish(const Fitted& fitted, SurfaceRegistrationReport
     }
     report.landmark_rms_m = std::sqrt(squares);
     report.total_force_N = basis_.total(coefficients());
+    report.prior = weight_;
+    report.sharing_points = sharing_;
 }
+
+namespace {
+
+/// Mean over the points of sum_j exp(-|c_i - c_j|^2 / (2 l^2)); 1 for l = 0. Of many points, every
+/// n-th stands for the mean.
+double sharing_points(std::span<const Vector3> points, double length) {
+    constexpr std::size_t max_means = 1000;
+    if (length == 0) return 1;
+    const std::size_t stride = 1 + (points.size() - 1) / max_means;
+    double sum = 0, count = 0;
+    for (std::size_t i = 0; i < points.size(); i += stride, ++count)
+        for (const Vector3& c : points)
+            sum += std::exp(-(points[i] - c).squaredNorm() / (2 * length * length));
+    return sum / count;
+}
+
+}  // namespace
 
 SurfaceRegistrationReport SurfaceRegistration::fit(std::span<const Vector3> points,
                                                    std::span<const Landmark> landmarks) {
     constexpr Eigen::Index few_columns = 30;  // as cheap as two Newton iterations
+    constexpr int max_choices = 25;           // of E0: then it stays, so that J has a minimum
     points_.assign(points.begin(), points.end());
     landmarks_.assign(landmarks.begin(), landmarks.end());
     if (!has_centre_) {  // the pose's coordinates keep their meaning from frame to frame
         for (const Vector3& c : points_) centre_ += c / static_cast<double>(points_.size());
         has_centre_ = true;
     }
+    sharing_ = sharing_points(points_, options_.shared_error_m);
     SurfaceRegistrationReport report;
     bool renew = false;
     Fitted fitted = at(q_, u_, {});
     check_distance(fitted);
+    if (const double far = distance_quantile(fitted.matches, 0.95);
+        far > outlier_scales * fitted.matches.scale)
+        fitted = at(q_, u_, far);
     report.rms_before_m = fitted.matches.rms;
     report.reason = "the iterations allowed are used up";
     while (report.iterations < options_.max_iterations) {
@@ -320,20 +415,19 @@ SurfaceRegistrationReport SurfaceRegistration::fit(std::span<const Vector3> poin
             find_responses();
             ++report.renewals;
         }
+        const bool changed =
+            !options_.prior_energy_J && report.iterations < max_choices && choose_energy(fitted);
         Step step = next_step(fitted);
         ++report.iterations;
         report.gradient = step.gradient;
         const bool took = take(fitted, step, report);
-        if (took) {
-            const double scale = fitted.matches.scale;
-            fitted = at(q_, u_, {});
-            // A cut step is no sign of an optimum. While s falls, J is another function at each
-            // iterate.
-            report.converged =
-                step.size < options_.tolerance_m && fitted.matches.scale > 0.9 * scale;
-        } else {
-            report.converged = is_fresh_ && step.size < options_.tolerance_m;
-        }
+        const double scale = fitted.matches.scale;
+        if (took || is_fresh_) fitted = annealed(scale);
+        // A cut step is no sign of an optimum. While s falls, J is another function at each
+        // iterate.
+        const bool lowered = fitted.matches.scale < 0.9 * scale;
+        report.converged =
+            (took || is_fresh_) && !changed && !lowered && step.size < options_.tolerance_m;
         if (options_.progress)
             options_.progress(
                 static_cast<double>(report.iterations) / options_.max_iterations,
@@ -343,7 +437,7 @@ SurfaceRegistrationReport SurfaceRegistration::fit(std::span<const Vector3> poin
             report.reason = "no node moves farther than the tolerance";
             break;
         }
-        if (!took && is_fresh_) {
+        if (!took && is_fresh_ && !lowered) {
             report.reason = "no step along the Gauss-Newton direction lowers the misfit";
             break;
         }

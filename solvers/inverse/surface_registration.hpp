@@ -6,6 +6,7 @@
 #include "solvers/inverse/body_place.hpp"
 #include "solvers/inverse/force_basis.hpp"
 #include "solvers/inverse/point_pose.hpp"
+#include "solvers/inverse/prior_evidence.hpp"
 #include "solvers/inverse/surface_misfit.hpp"
 #include "solvers/nonlinear/deformable_body.hpp"
 
@@ -14,8 +15,12 @@ namespace livetet {
 /// How a deformation is sought from points of a surface.
 struct SurfaceRegistrationOptions {
     double point_error_m = 0.0005;  ///< sigma, of the points and of the model together
-    /// Energy of forces that the points need not: E0, J. Smaller: stiffer.
-    double prior_energy_J = 1e-3;
+    /// Points nearer to each other than about this share the error of the model's surface: m. 0:
+    /// all errors are independent.
+    double shared_error_m = 0;
+    /// Energy of forces that need no reason in the points: E0, J. Smaller: stiffer. None: chosen
+    /// by the evidence (see PriorEvidence) in each iteration.
+    std::optional<double> prior_energy_J{};
     double tolerance_m = 0.0005;  ///< converged if nothing moves farther in an iteration
     int max_iterations = 40;
     /// Of each forward solve: residual relative to the forces at work.
@@ -45,11 +50,13 @@ struct [[nodiscard]] SurfaceRegistrationReport {
     double gradient = 0;                ///< |dJ / dq| before the last step
     Vector3 total_force_N = {};         ///< sum of the forces found
     std::vector<double> landmarks_m{};  ///< the distance of each landmark
+    PriorWeight prior{};                ///< E0, J; the rest only where it was chosen
+    double sharing_points = 1;          ///< nu: points that share an error, on average
 };
 
 /// What the points leave open: the Laplace approximation of the posterior at the result,
 ///
-///     C = (G^T W G + R / E0 + P)^-1,
+///     C = (G^T W G / nu + R / E0 + P)^-1,
 ///
 /// of the coefficients p of the forces and, if it is sought, the pose (t, a) after them. P holds
 /// the inverse variances of the pose.
@@ -68,20 +75,32 @@ struct SurfacePosterior {
 /// from points of its deformed surface. The forces are f = B p, the pose of the points T (see
 /// PointPose) with the coordinates m = (t, a). Together q = (p, m) is the smallest of
 ///
-///     J(q) = phi(x + u(p), T c) + 1/2 sum_l |x_l + u_l(p) - T c_l|^2 / s_l^2
+///     J(q) = phi(x + u(p), T c) / nu + 1/2 sum_l |x_l + u_l(p) - T c_l|^2 / s_l^2
 ///            + 1/(2 E0) p^T R p + 1/2 m^T P m,   R = B^T K_0^-1 B,
 ///
 /// u(p) being the static equilibrium, phi the SurfaceMisfit with s no less than sigma, l the
 /// landmarks, whose s_l is their error times s / sigma, and p^T R p / 2 the energy that these
-/// forces store in the body at rest (K_0: tangent there).
+/// forces store in the body at rest (K_0: tangent there). nu is the mean number of points that
+/// share an error,
 ///
-/// Gauss-Newton: the gradient is the adjoint's at each iterate; the Hessian is G^T W G + R / E0 + P
-/// with the rows G_i = n_i . (sum_k w_k U_k, -dT c_i/dm), U = K^-1 B the responses. With up to 30
-/// columns U is found anew in each iteration. With more it is kept, across frames too, until a step
-/// falls short of what it predicts: then U is the larger part of the work. A step is limited to 4 %
-/// of the body's diagonal and halved until J falls. Mestdagh and Cotin (2022), "An optimal control
-/// problem for elastic registration and force estimation in augmented surgery", solve the same
-/// problem by L-BFGS on nodal forces.
+///     nu = 1/N sum_ij exp(-|c_i - c_j|^2 / (2 l^2)),   l = shared_error_m.
+///
+/// E0 is stated, or the one of the largest evidence at the present linearisation, renewed in the
+/// first 25 iterations by a factor of 4 at most. It starts where the prior alone lets the seen
+/// surface move by 2 % of the body's diagonal, RMS, so that the first steps are stiff.
+///
+/// Gauss-Newton: the gradient is the adjoint's at each iterate; the Hessian is
+/// G^T W G / nu + R / E0 + P with the rows G_i = n_i . (sum_k w_k U_k, -dT c_i/dm), U = K^-1 B the
+/// responses. With up to 30 columns U is found anew in each iteration. With more it is kept, across
+/// frames too, until a step falls short of what it predicts: then U is the larger part of the work.
+/// A step is limited to 4 % of the body's diagonal and halved until J falls. Mestdagh and Cotin
+/// (2022), "An optimal control problem for elastic registration and force estimation in augmented
+/// surgery", solve the same problem by L-BFGS on nodal forces.
+///
+/// Where more than 5 % of the points are farther than 3 s at the start, s begins at the distance
+/// that 95 % are within and falls by a factor of 0.7 an iteration at most (graduated non-convexity,
+/// Blake and Zisserman 1987, Visual Reconstruction): else a part that is pulled far is left as
+/// outliers.
 ///
 /// A frame starts from the last one's result: calls of `fit` follow a sequence. The body's external
 /// force is that of the registration.
@@ -120,6 +139,12 @@ class SurfaceRegistration {
     bool seeks_pose() const { return q_.size() > forces_count(); }
     PointPose pose_at(const Eigen::VectorXd& q) const;
     void find_responses();
+    void set_energy(double energy_J);
+    /// Of the unknowns, linearised at the present state.
+    LinearMisfit linear_misfit(const Fitted& fitted) const;
+    void start_energy(const Fitted& fitted);
+    /// Chooses E0 by the evidence. Returns whether it changed.
+    bool choose_energy(const Fitted& fitted);
     std::vector<Vector3> moved(double length, const Step& step) const;
     double prior(const Eigen::VectorXd& q) const { return q.dot(prior_ * q) / 2; }
     /// Misfits at q and u. `scale`: s; none: from afar.
@@ -130,6 +155,8 @@ class SurfaceRegistration {
     Step next_step(const Fitted& fitted);
     /// Whether a share of the step lowered J; then it is taken.
     bool take(const Fitted& before, Step& step, SurfaceRegistrationReport& report);
+    /// At the present state, with s no less than 0.7 `scale`.
+    Fitted annealed(double scale) const;
     void check_distance(const Fitted& start) const;
     void finish(const Fitted& fitted, SurfaceRegistrationReport& report) const;
 
@@ -140,7 +167,10 @@ class SurfaceRegistration {
     SurfaceRegistrationOptions options_;
     double diagonal_ = 0;        ///< of the body at rest, m
     Eigen::MatrixXd responses_;  ///< U: 3 nodes x columns, m/N
+    Eigen::MatrixXd shape_;      ///< R, J/N^2
     Eigen::MatrixXd prior_;      ///< R / E0 and P
+    PriorWeight weight_;         ///< E0; 0 energy: not chosen yet
+    double sharing_ = 1;         ///< nu
     bool is_fresh_ = false;      ///< the responses are those of the present state
     Eigen::VectorXd q_;          ///< p, and m if it is sought
     std::vector<Vector3> u_;

@@ -129,6 +129,34 @@ TEST(RegisterDeform, FindsATargetAndStatesItsError) {
     EXPECT_EQ(report.status, 0) << report.err;
 }
 
+TEST(RegisterDeform, ChoosesTheEnergyOfThePriorUnlessTheSceneStatesIt) {
+    const DeformedBlock block;
+    write_points(block.folder / "points.csv", block.points());
+    const auto found_with = [&](const std::string& key) {
+        block.write_scene("  frame: fixed\n" + key);
+        const auto outcome = block.run("--json found.json");
+        EXPECT_EQ(outcome.status, 0) << outcome.err << outcome.out;
+        return json::parse(text_of(block.folder / "found.json"))["registration"];
+    };
+    const json chosen = found_with("");
+    const double moved = (block.found_place(middle) - middle).norm();
+    EXPECT_GT(chosen["energy_mJ"].get<double>(), 0.1);
+    EXPECT_LT(chosen["energy_mJ"].get<double>(), 100);
+    EXPECT_GT(chosen["points_sharing_error"].get<double>(), 2);
+    const json stated = found_with("  energy_mJ: 0.3\n  shared_error_mm: 0\n");
+    EXPECT_NEAR(stated["energy_mJ"].get<double>(), 0.3, 1e-12);
+    EXPECT_EQ(stated["points_sharing_error"].get<double>(), 1);
+    // With a share of the motion for the model, the error that is stated grows.
+    const auto radius = [](const json& found) {
+        return found["statement"]["targets"][0]["radius_95_mm"].get<double>();
+    };
+    const double with_model = radius(chosen);
+    const double without = radius(found_with("  model_error_percent: 0\n"));
+    EXPECT_GT(with_model, without);
+    EXPECT_GT(with_model, 1e3 * 0.15 * moved * 2);
+    EXPECT_LT(with_model, without + 1e3 * 0.15 * moved * 3);
+}
+
 TEST(RegisterDeform, FindsTheRigidMotionToo) {
     const DeformedBlock block;
     block.write_scene("  frame_error_mm: 5\n  frame_error_deg: 3\n");

@@ -11,7 +11,7 @@ namespace livetet::test {
 /// A block of 80 x 80 x 40 mm, fixed below, that is pulled about the middle of its top.
 struct PulledBlock {
     MeshHierarchy hierarchy = make_hierarchy({block({6, 6, 3}, Vector3(0.08, 0.08, 0.04))}, "it");
-    std::vector<Material> materials{{.young_Pa = 3000, .poisson = 0.4}};
+    std::vector<Material> materials;
     std::vector<Triangle> surface = boundary_triangles(mesh().tets);
     std::vector<std::int32_t> zone = nodes_where(mesh(), [](const Vector3& x) {
         return x.z() > 0.0399 && (x - Vector3(0.04, 0.04, 0.04)).norm() < 0.02;
@@ -19,8 +19,9 @@ struct PulledBlock {
     DeformableBody body;
 
     explicit PulledBlock(const ModelChoice& model,
-                         Formulation formulation = Formulation::displacement)
-        : body({PETSC_COMM_SELF, hierarchy}, {materials, model, formulation}, {},
+                         Formulation formulation = Formulation::displacement, double stiffer = 1)
+        : materials{{.young_Pa = 3000 * stiffer, .poisson = 0.4}},
+          body({PETSC_COMM_SELF, hierarchy}, {materials, model, formulation}, {},
                {.kind = SolverKind::direct}) {
         Constraints constraints(mesh().nodes.size());
         constraints.prescribe(nodes_where(mesh(), [](const Vector3& x) { return x.z() < 1e-9; }),

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "base/error.hpp"
 #include "solvers/inverse/block_fixture.hpp"
@@ -86,6 +87,58 @@ TEST_F(SurfaceRegistrationTest, FollowsASequenceFromFrameToFrame) {
     }
     EXPECT_LT(iterations[1], iterations[0]);
     EXPECT_LT(iterations[2], iterations[0]);
+}
+
+/// phi / nu + p^T R p / (2 E0) has the minimum of phi + p^T R p nu / (2 E0), and nu times the
+/// covariance.
+TEST_F(SurfaceRegistrationTest, PointsThatShareAnErrorWeighLess) {
+    const std::vector<Vector3> points = block.points_on_top(truth(pull), 0.0004);
+    const auto fitted = [&](double shared_m, double energy_J) {
+        SurfaceRegistration registration(block.body, rest(), block.surface, uniform,
+                                         {.shared_error_m = shared_m,
+                                          .prior_energy_J = energy_J,
+                                          .tolerance_m = 1e-5,
+                                          .equilibrium_tolerance = 1e-6});
+        const SurfaceRegistrationReport report = registration.fit(points);
+        EXPECT_TRUE(report.converged) << report.reason;
+        return std::tuple(report.sharing_points, registration.coefficients(),
+                          registration.posterior().covariance);
+    };
+    const double energy_J = 1e-4;
+    const auto [nu, p, c] = fitted(0.02, energy_J);
+    EXPECT_GT(nu, 5);
+    EXPECT_LT(nu, static_cast<double>(points.size()));
+    const auto [one, alone, spread] = fitted(0, energy_J / nu);
+    EXPECT_EQ(one, 1);
+    EXPECT_LT((p - alone).norm(), 1e-3 * p.norm());
+    EXPECT_LT((c - nu * spread).norm(), 0.01 * c.norm());
+    const auto [same, freely, narrow] = fitted(0, energy_J);
+    EXPECT_GT((p - freely).norm(), 0.01 * p.norm());
+}
+
+TEST_F(SurfaceRegistrationTest, ChoosesTheEnergyOfThePriorByTheEvidence) {
+    test::PulledBlock linear("linear");
+    const std::vector<Vector3> x = linear.equilibrium(uniform, 0.5 * pull);
+    const auto top =
+        test::nodes_where(block.mesh(), [](const Vector3& r) { return r.z() > 0.0399; });
+    SurfaceRegistration registration(linear.body, rest(), linear.surface,
+                                     smooth_forces(rest(), top, 6), {});
+    const SurfaceRegistrationReport report = registration.fit(linear.points_on_top(x, 0));
+    EXPECT_TRUE(report.converged) << report.reason;
+    ASSERT_FALSE(report.prior.at_bound);
+    // MacKay's fixed point: what the forces store is the energy of the directions determined.
+    const double stored = 2 * linear.body.strain_energy();
+    const double expected = report.prior.determined * report.prior.energy;
+    EXPECT_NEAR(std::log(stored / expected), 0, 0.3);
+    EXPECT_LT(report.prior.log_spread, 1);
+
+    // It scales with the modulus, as forces and energies do; the displacement does not change.
+    test::PulledBlock stiff("linear", Formulation::displacement, 10);
+    SurfaceRegistration harder(stiff.body, rest(), stiff.surface, smooth_forces(rest(), top, 6),
+                               {});
+    const SurfaceRegistrationReport other = harder.fit(linear.points_on_top(x, 0));
+    EXPECT_NEAR(other.prior.energy, 10 * report.prior.energy, 0.3 * other.prior.energy);
+    EXPECT_LT(rms_error(harder, x), 1.1 * rms_error(registration, x) + 1e-5);
 }
 
 TEST_F(SurfaceRegistrationTest, SaysThatItDidNotConverge) {
@@ -203,8 +256,9 @@ TEST_F(SurfaceRegistrationPoseTest, LandmarksPullTheirPlacesToWhereTheyAre) {
 /// One linear problem of one force: the posterior is a number that can be written down.
 TEST_F(SurfaceRegistrationPoseTest, PosteriorOfALinearBodyIsThatOfLeastSquares) {
     test::PulledBlock linear("linear");
-    SurfaceRegistration registration(linear.body, rest(), linear.surface, uniform,
-                                     {.point_error_m = 0.001, .tolerance_m = 0.001});
+    SurfaceRegistration registration(
+        linear.body, rest(), linear.surface, uniform,
+        {.point_error_m = 0.001, .prior_energy_J = 1e-3, .tolerance_m = 0.001});
     const std::vector<Vector3> points = block.points_on_top(rest(), 0);
     ASSERT_TRUE(registration.fit(points).converged);
     const SurfacePosterior posterior = registration.posterior();
