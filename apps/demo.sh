@@ -23,6 +23,6 @@ say "5. how far off it was: the report, with the truth that track never read"
 
 say "6. a resection: the same recording on a grid of the image's voxels, which a cut parts beside the sensor"
 "$livetet" track resection.yaml
-"$livetet" warp resection.h5 --image image.nii.gz --frame 215 -o resection.nii.gz
+"$livetet" warp resection.h5 --image image.nii.gz --time 5 -o resection.nii.gz
 
 say "done: look at $demo/result.report (report.txt and pictures), watch it by $livetet view $demo/result.h5, or in ParaView $demo/result.xdmf"
