@@ -14,6 +14,7 @@
 #include "solvers/linear/live_support.hpp"
 #include "solvers/nonlinear/deformable_body.hpp"
 #include "support/beam_press.hpp"
+#include "support/cycles.hpp"
 #include "support/hex_grids.hpp"
 #include "support/ranks.hpp"
 
@@ -165,18 +166,8 @@ class GridCycleTest : public testing::Test {
         levels[0]->update_rotations(u.get(), rotations);
         cycle->update(rotations, 1.2, 3e4);
     }
-    Eigen::VectorXd wave(double frequency) const {
-        Eigen::VectorXd x(n);
-        for (Eigen::Index i = 0; i < n; ++i)
-            x[i] =
-                levels[0]->constrained()[i / 3] ? 0 : std::sin(frequency * static_cast<double>(i));
-        return x;
-    }
-    Eigen::VectorXd cycled(const Eigen::VectorXd& r) {
-        Eigen::VectorXd z(n);
-        cycle->cycle(std::span(r.data(), n), std::span(z.data(), n));
-        return z;
-    }
+    Eigen::VectorXd wave(double frequency) const { return test::wave(*levels[0], frequency); }
+    Eigen::VectorXd cycled(const Eigen::VectorXd& r) { return test::cycled(*cycle, r); }
 
     const GridHierarchy grid = grid_hierarchy(cut_beam(), 100);
     const std::vector<Material> materials{

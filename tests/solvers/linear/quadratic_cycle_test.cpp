@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "mesh/quadratic.hpp"
+#include "support/cycles.hpp"
 #include "support/ranks.hpp"
 #include "support/shapes.hpp"
 
@@ -68,23 +69,13 @@ class QuadraticCycleTest : public testing::TestWithParam<const char*> {
         level.set_springs(springs);
         level.find_mass();
     }
-    Eigen::VectorXd wave(double frequency) const {
-        Eigen::VectorXd x(n);
-        for (Eigen::Index i = 0; i < n; ++i)
-            x[i] =
-                levels[0]->constrained()[i / 3] ? 0 : std::sin(frequency * static_cast<double>(i));
-        return x;
-    }
+    Eigen::VectorXd wave(double frequency) const { return test::wave(*levels[0], frequency); }
     Eigen::VectorXd times(const Eigen::VectorXd& x) {
         Eigen::VectorXd y(n);
         operator_->multiply(std::span(x.data(), n), std::span(y.data(), n));
         return y;
     }
-    Eigen::VectorXd cycled(const Eigen::VectorXd& r) {
-        Eigen::VectorXd z(n);
-        cycle->cycle(std::span(r.data(), n), std::span(z.data(), n));
-        return z;
-    }
+    Eigen::VectorXd cycled(const Eigen::VectorXd& r) { return test::cycled(*cycle, r); }
 
     const MeshHierarchy hierarchy = with_quadratic_level(make_hierarchy(
         {test::block({8, 4, 4}, test::beam_size), test::block({4, 2, 2}, test::beam_size)}, ""));
