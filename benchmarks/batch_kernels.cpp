@@ -18,6 +18,7 @@
 #include "mechanics/materials/registry.hpp"
 #include "mechanics/rotation.hpp"
 #include "mesh/quadratic.hpp"
+#include "support/hex_grids.hpp"
 #include "support/p1_kernels.hpp"
 #include "support/shapes.hpp"
 
@@ -226,9 +227,20 @@ void assemble_batched(benchmark::State& state) {
            k.batch_bytes + bytes_of(k.rotations) + k.s.pattern.bytes() + 2 * bytes_of(k.values));
 }
 
-/// Tets of `nodes` nodes with laws written for lanes, in float. Of ten nodes: about 8,000 and
-/// 48,000 tets, as many nodes as the blocks above have.
+enum class Law { hooke, neohookean, hooke_at_points };
+
 template <int nodes>
+TetMesh mesh_of(const std::array<int, 3>& cells) {
+    const Vector3 size(0.16, 0.09, 0.09);
+    if (nodes == 8) return test::hex_grid(cells, size);
+    if (nodes == 4) return test::block(cells, size);
+    return quadratic_mesh(test::block({cells[0] / 2, cells[1] / 2, cells[2] / 2}, size));
+}
+
+/// Tets of `nodes` nodes, or hexahedra, with laws written for lanes, in float. Of ten nodes: about
+/// 8,000 and 48,000 tets, as many nodes as the blocks above have; 10,000 and 62,000 hexahedra.
+/// Law::hooke_at_points has a rotation for each point, for which boxes have no kernel of their own.
+template <int nodes, Law chosen>
 struct WithLaw {
     TetMesh mesh;
     std::vector<TetElement> elements;
@@ -240,53 +252,60 @@ struct WithLaw {
     explicit WithLaw(std::int64_t size) {
         const std::array<int, 3> cells =
             size == 0 ? std::array{32, 18, 18} : std::array{52, 34, 35};
-        mesh = nodes == 4 ? test::block(cells, {0.16, 0.09, 0.09})
-                          : quadratic_mesh(test::block({cells[0] / 2, cells[1] / 2, cells[2] / 2},
-                                                       {0.16, 0.09, 0.09}));
+        mesh = mesh_of<nodes>(cells);
         std::vector<double> bent;
         for (const Vector3& x : mesh.nodes)
             for (const double component : {0.1 * x.y() * x.z(), -x.y() * x.x(), 5 * x.x() * x.x()})
                 bent.push_back(component);
-        for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
-            const Tet& t = mesh.tets[e];
-            elements.push_back(make_element(
-                {mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]}, 9000,
-                1000));
-            std::copy_n(t.begin(), 4, tets.emplace_back().begin());
-            for (int i = 4; i < nodes; ++i) tets.back()[i] = mesh.edge_nodes[e][i - 4];
-        }
+        const std::size_t count = nodes == 8 ? mesh.hexahedra.size() : mesh.tets.size();
+        for (std::size_t e = 0; e < count; ++e) add(e);
         u = with_one_behind<float>(bent);
         f.resize(u.size());
         batches.emplace(elements, tets);
-        rotations.resize(batches->all().end);
+        rotations.resize(batches->all().end *
+                         (chosen == Law::hooke_at_points ? batches->points : 1));
         update_rotations(*batches, batches->all(), std::span<const float>(u), std::span(rotations));
     }
-    static const BatchLaw& law(bool hooke) {
-        return hooke ? hooke_law() : *registered_material("neohookean").batch_law();
+    void add(std::size_t e) {
+        Tet t;
+        std::array<std::int32_t, nodes>& of_element = tets.emplace_back();
+        if constexpr (nodes == 8) {
+            of_element = mesh.hexahedra[e];
+            t = {of_element[0], of_element[1], of_element[2], of_element[4]};
+        } else {
+            t = mesh.tets[e];
+            std::copy_n(t.begin(), 4, of_element.begin());
+            for (int i = 4; i < nodes; ++i) of_element[i] = mesh.edge_nodes[e][i - 4];
+        }
+        elements.push_back(make_element(
+            {mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]}, 9000, 1000));
+        if (nodes == 8) elements.back().volume *= 6;  // of the corner tet
     }
-    void report(benchmark::State& state, bool hooke) const {
+    static const BatchLaw& law() {
+        return chosen == Law::neohookean ? *registered_material("neohookean").batch_law()
+                                         : hooke_law();
+    }
+    void report(benchmark::State& state) const {
         const double bytes =
             static_cast<double>(batches->all().end * sizeof(TetBatch<float, nodes>)) + bytes_of(u) +
-            2 * bytes_of(f) + (hooke ? bytes_of(rotations) : 0);
+            2 * bytes_of(f) + (chosen == Law::neohookean ? 0 : bytes_of(rotations));
         livetet::report(state, bytes, static_cast<double>(tets.size()));
     }
 };
 
-template <int nodes, bool hooke>
+template <int nodes, Law law>
 void law_forces(benchmark::State& state) {
-    WithLaw<nodes> k(state.range(0));
-    for (auto _ : state)
-        k.law(hooke).add_forces(*k.batches, k.batches->all(), k.rotations, k.u, k.f);
-    k.report(state, hooke);
+    WithLaw<nodes, law> k(state.range(0));
+    for (auto _ : state) k.law().add_forces(*k.batches, k.batches->all(), k.rotations, k.u, k.f);
+    k.report(state);
 }
 
-template <int nodes, bool hooke>
+template <int nodes, Law law>
 void law_products(benchmark::State& state) {
-    WithLaw<nodes> k(state.range(0));
+    WithLaw<nodes, law> k(state.range(0));
     for (auto _ : state)
-        k.law(hooke).add_stiffness_times(0.5, *k.batches, k.batches->all(), k.rotations, k.u, k.u,
-                                         k.f);
-    k.report(state, hooke);
+        k.law().add_stiffness_times(0.5, *k.batches, k.batches->all(), k.rotations, k.u, k.u, k.f);
+    k.report(state);
 }
 
 #define LIVETET_BENCHMARK(name)                                                                  \
@@ -298,13 +317,18 @@ LIVETET_BENCHMARK(rotations);
 LIVETET_BENCHMARK(forces);
 LIVETET_BENCHMARK(stiffness_times);
 LIVETET_BENCHMARK(assemble);
-#define LIVETET_LAW(kernel)                                                                \
-    BENCHMARK_TEMPLATE(kernel, 4, true)->Unit(benchmark::kMillisecond)->DenseRange(0, 1);  \
-    BENCHMARK_TEMPLATE(kernel, 4, false)->Unit(benchmark::kMillisecond)->DenseRange(0, 1); \
-    BENCHMARK_TEMPLATE(kernel, 10, true)->Unit(benchmark::kMillisecond)->DenseRange(0, 1); \
-    BENCHMARK_TEMPLATE(kernel, 10, false)->Unit(benchmark::kMillisecond)->DenseRange(0, 1)
-LIVETET_LAW(law_forces);
-LIVETET_LAW(law_products);
+#define LIVETET_LAW(kernel, nodes, law) \
+    BENCHMARK_TEMPLATE(kernel, nodes, law)->Unit(benchmark::kMillisecond)->DenseRange(0, 1)
+#define LIVETET_LAWS(kernel)                      \
+    LIVETET_LAW(kernel, 4, Law::hooke);           \
+    LIVETET_LAW(kernel, 4, Law::neohookean);      \
+    LIVETET_LAW(kernel, 10, Law::hooke);          \
+    LIVETET_LAW(kernel, 10, Law::neohookean);     \
+    LIVETET_LAW(kernel, 8, Law::hooke);           \
+    LIVETET_LAW(kernel, 8, Law::hooke_at_points); \
+    LIVETET_LAW(kernel, 8, Law::neohookean)
+LIVETET_LAWS(law_forces);
+LIVETET_LAWS(law_products);
 
 }  // namespace
 }  // namespace livetet

@@ -13,7 +13,9 @@ namespace livetet {
 ///
 ///     f_i = sum_q w_q P(F_q) grad N_i,   K(u) v = d f / d u . v,
 ///
-/// K as ConstitutiveModel::bounded_increment has it.
+/// K as ConstitutiveModel::bounded_increment has it. In hexahedra that are boxes of moderate
+/// strain, with one rotation each, K may have the law's tangent for the mean gradient alone and
+/// Hooke's law, turned, for the rest (box_lanes.hpp): of Hooke's law nothing changes.
 ///
 /// As the functions of batch_kernels.hpp it is pure, allocates nothing, and runs over a range of
 /// batches; vectors have one number behind the last node's. A model gives its own by
@@ -23,7 +25,8 @@ class BatchLaw {
     virtual ~BatchLaw() = default;
 
     /// The rotations that Hooke's law reads: one batch of them for each point of a batch of tets,
-    /// or one for a batch of tets, or one for all; not read by others.
+    /// or one for a batch of tets, or one for all. Other laws read them for products of hexahedra
+    /// alone, one for a batch or one for all.
     using Rotations = std::span<const RotationBatch<float>>;
 
     /// f += the elastic forces at u; u in m, f in N.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "mechanics/batch_law.hpp"
+#include "mechanics/box_lanes.hpp"
 #include "mechanics/hex_lanes.hpp"
 #include "mechanics/lane_mixed_law.hpp"
 
@@ -21,7 +22,8 @@ namespace livetet {
 /// linear in the moduli, which come multiplied by the volume of the point. A law whose increment
 /// does not depend on H says so by `static constexpr bool is_affine = true`; it is given zeros, and
 /// products need no displacement. Where a law has bounded_increment, with the arguments of
-/// increment, products are made of that (see ConstitutiveModel).
+/// increment, products are made of that (see ConstitutiveModel). Those of hexahedra that are boxes
+/// of moderate strain take it in the cell's middle (box_lanes.hpp).
 template <class Law>
 class LaneLaw : public BatchLaw {
   public:
@@ -58,7 +60,12 @@ class LaneLaw : public BatchLaw {
     void add_stiffness_times(float factor, const TetBatches<float, 8>& batches, BatchRange range,
                              Rotations rotations, std::span<const float> u,
                              std::span<const float> v, std::span<float> f) const override {
-        add_products(factor, batches, range, rotations, u, v, f);
+        if (range.begin == range.end) return;
+        const lanes::Boxes boxes(batches[range.begin]);
+        if (boxes.are_boxes() && rotations.size() != batches.points * batches.all().end)
+            add_box_products(factor, boxes, batches, range, rotations, u, v, f);
+        else
+            add_products(factor, batches, range, rotations, u, v, f);
     }
     const MixedLaw& mixed() const override {
         static const LaneMixedLaw<Law> law;
@@ -134,6 +141,35 @@ class LaneLaw : public BatchLaw {
                                         rotation_at<points>(rotations, batches.all().end, k, q),
                                         dF.at(q)));
             forces.scatter(f.data());
+        }
+    }
+
+    /// See box_lanes.hpp.
+    [[gnu::flatten]] static void add_box_products(float factor, const lanes::Boxes& boxes,
+                                                  const TetBatches<float, 8>& batches,
+                                                  BatchRange range, Rotations rotations,
+                                                  std::span<const float> u,
+                                                  std::span<const float> v, std::span<float> f) {
+        const Number of_all = lanes::all_lanes(factor);
+        for (std::size_t k = range.begin; k < range.end; ++k) {
+            const auto& b = batches[k];
+            const Number lambda = of_all * lanes::load<float>(b.lambda),
+                         mu = of_all * lanes::load<float>(b.mu);
+            const Matrix R = lanes::load_matrix<float>(rotation_of_batch(rotations, k).R);
+            lanes::Vec3<float> modes[8], forces[8]{};
+            Matrix H{};
+            if constexpr (!requires { requires Law::is_affine; }) {
+                lanes::gather_modes(b, u.data(), modes);
+                H = boxes.mean_gradient(modes);
+                if (!lanes::are_moderate(boxes, H, modes)) {
+                    add_products(factor, batches, {k, k + 1}, rotations, u, v, f);
+                    continue;
+                }
+            }
+            lanes::gather_modes(b, v.data(), modes);
+            lanes::add_parts_beside_mean(lambda, mu, boxes, R, modes, forces);
+            boxes.set_mean_forces(increment(lambda, mu, H, R, boxes.mean_gradient(modes)), forces);
+            lanes::scatter_modes(b, forces, f.data());
         }
     }
 };
