@@ -98,19 +98,21 @@ GridCycle::GridCycle(std::vector<LevelAssembler*> levels, std::span<const HexLev
 GridCycle::~GridCycle() = default;
 
 void GridCycle::set_constrained() {
-    for (auto& level : levels_) {
-        level->A.set_constrained();
-        level->smoother.forget_bound();
-    }
+    for (auto& level : levels_) level->smoother.forget_bound();
+    set_springs();
+}
+
+void GridCycle::set_springs() {
+    for (auto& level : levels_) level->A.set_constrained();
     is_new_ = true;
 }
 
-void GridCycle::carry_displacements(const ElementRotations& finest) {
-    if (finest.single_u.empty() || !levels_.front()->level.rotates()) return;
-    std::copy(finest.single_u.begin(), finest.single_u.end(),
-              levels_.front()->rotations.single_u.begin());
+const ElementRotations& GridCycle::find_rotations(const ElementRotations& finest) {
+    Level& first = *levels_.front();
+    if (finest.single_u.empty() || !first.level.rotates()) return first.rotations;
     for (std::size_t l = 1; l < levels_.size(); ++l) {
-        const float* fine = levels_[l - 1]->rotations.single_u.data();
+        const float* fine =
+            l == 1 ? finest.single_u.data() : levels_[l - 1]->rotations.single_u.data();
         Level& coarse = *levels_[l];
         float* u = coarse.rotations.single_u.data();
         team_.run_pieces(coarse.nodes(), grain, [&](std::size_t begin, std::size_t end) {
@@ -118,20 +120,27 @@ void GridCycle::carry_displacements(const ElementRotations& finest) {
                 store_node(coarse.restriction->mean(n, fine), u + 3 * n);
         });
     }
-    for (auto& level : levels_) level->level.update_single_rotations(level->rotations);
+    for (std::size_t l = 1; l < levels_.size(); ++l)
+        levels_[l]->level.update_single_rotations(levels_[l]->rotations);
+    if (finest.single.size() == first.rotations.single.size()) return finest;  // one a cell
+    std::copy(finest.single_u.begin(), finest.single_u.end(), first.rotations.single_u.begin());
+    first.level.update_single_rotations(first.rotations);
+    return first.rotations;
 }
 
-void GridCycle::update(const ElementRotations& at, double s, double m) {
-    carry_displacements(at);
+RenewalExtent GridCycle::update(const ElementRotations& at, double s, double m, RenewalExtent) {
+    const ElementRotations& of_cells = find_rotations(at);
     for (auto& level : levels_) {
-        level->A.update(level->rotations, s, m);
+        level->A.update(level == levels_.front() ? of_cells : level->rotations, s, m);
         if (level != levels_.back()) level->smoother.find_bound();
     }
-    if (!is_new_ && !has_changed(s, s_) && !has_changed(m, m_)) return;
-    invert_coarsest();
-    is_new_ = false;
-    s_ = s;
-    m_ = m;
+    if (is_new_ || has_changed(s, s_) || has_changed(m, m_)) {
+        invert_coarsest();
+        is_new_ = false;
+        s_ = s;
+        m_ = m;
+    }
+    return RenewalExtent::whole;
 }
 
 void GridCycle::invert_coarsest() {
@@ -207,6 +216,18 @@ void GridCycle::cycle(std::span<const double> r, std::span<double> z) {
     finest.A.over_components([&](std::size_t i) { b[i] = static_cast<float>(r[i]); });
     descend(0);
     finest.A.over_components([&](std::size_t i) { z[i] = x[i]; });
+}
+
+double GridCycle::bytes_of_update() const {
+    double bytes = 0;
+    for (const auto& level : levels_) {  // displacements are written and read, rotations written
+        if (!level->level.rotates()) continue;
+        const auto& single = level->rotations.single;
+        const auto& u = level->rotations.single_u;
+        bytes +=
+            static_cast<double>(single.size() * sizeof(single[0]) + 2 * u.size() * sizeof(u[0]));
+    }
+    return bytes;
 }
 
 double GridCycle::bytes_of_cycle() const {

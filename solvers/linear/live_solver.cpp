@@ -41,7 +41,7 @@ LiveSolver::LiveSolver(const DistributedHierarchy& mesh, const ElasticModel& mod
         fail("solver.kind = live: {}", reason);
     const MeshHierarchy& hierarchy = grid_.levels.empty() ? mesh.hierarchy : grid_.meshes;
     add_levels({mesh.comm, hierarchy}, model);
-    make_multigrid(hierarchy, options.smoothing_steps > 0 ? options.smoothing_steps : 1);
+    make_cycle(hierarchy, options.smoothing_steps > 0 ? options.smoothing_steps : 1);
     shell_ = make_shell_matrix<&LiveSolver::multiply>(mesh.comm, 3 * fine().share().owned, *this);
     make_krylov(mesh.comm, ErrorEstimate::from_steps);
     if (role == Role::solver) watch_curvature(&is_curved_down_);
@@ -56,28 +56,32 @@ void LiveSolver::add_levels(const DistributedHierarchy& mesh, const ElasticModel
         add_level(mesh, l == 0 ? model : hooke, SinglePrecision{});
 }
 
-void LiveSolver::make_multigrid(const MeshHierarchy& hierarchy, int smoothing_steps) {
+void LiveSolver::make_cycle(const MeshHierarchy& hierarchy, int smoothing_steps) {
     const HeapMeter meter(&costs_.preconditioner);
     const bool is_quadratic = !hierarchy.levels.front().edge_nodes.empty();
     const bool is_grid = !grid_.levels.empty();
+    if (is_grid || is_quadratic || !fine().has_frozen_force())  // always in the mixed form
+        fine_ = std::make_unique<MatrixFreeOperator>(fine(), team_);
     std::vector<LevelAssembler*> levels;
     std::vector<const BarycentricMap*> maps;
     for (std::size_t l = is_quadratic ? 1 : 0; l < levels_.size(); ++l) {
         levels.push_back(levels_[l].get());
         if (l + 1 < levels_.size()) maps.push_back(&hierarchy.transfers[l]);
     }
-    if (is_grid || is_quadratic || !fine().has_frozen_force())  // always in the mixed form
-        fine_ = std::make_unique<MatrixFreeOperator>(fine(), team_);
     if (is_grid) {
-        hexahedral_ =
+        cycle_ =
             std::make_unique<GridCycle>(std::move(levels), grid_.levels, smoothing_steps, team_);
         return;
     }
-    multigrid_ = std::make_unique<SinglePrecisionMultigrid>(std::move(levels), std::move(maps),
-                                                            smoothing_steps, team_);
-    if (is_quadratic)
-        quadratic_ = std::make_unique<QuadraticCycle>(
-            *fine_, *levels_[1], *multigrid_, hierarchy.transfers[0], smoothing_steps, team_);
+    auto multigrid = std::make_unique<SinglePrecisionMultigrid>(std::move(levels), std::move(maps),
+                                                                smoothing_steps, team_);
+    if (is_quadratic) {
+        cycle_ = std::make_unique<QuadraticCycle>(*fine_, *levels_[1], std::move(multigrid),
+                                                  hierarchy.transfers[0], smoothing_steps, team_);
+        return;
+    }
+    assembled_ = multigrid.get();
+    cycle_ = std::move(multigrid);
 }
 
 void LiveSolver::configure(PC pc) {
@@ -87,21 +91,15 @@ void LiveSolver::configure(PC pc) {
 
 void LiveSolver::set_constrained(std::span<const std::uint8_t> components) {
     constraints_.set_constrained(levels_, components);
-    if (quadratic_) quadratic_->set_constrained();
-    take_constraints();
+    if (fine_) fine_->set_constrained();
+    cycle_->set_constrained();
+    invalidate();
 }
 
 void LiveSolver::set_springs(std::span<const double> stiffness) {
     constraints_.set_springs(levels_, stiffness);
-    take_constraints();
-}
-
-void LiveSolver::take_constraints() {
     if (fine_) fine_->set_constrained();
-    if (hexahedral_)
-        hexahedral_->set_constrained();
-    else
-        multigrid_->set_constrained();
+    cycle_->set_springs();
     invalidate();
 }
 
@@ -116,22 +114,16 @@ RenewalExtent LiveSolver::renew(const Configuration& at, const OperatorTerms& te
     const double s = terms.whole_stiffness(), m = terms.mass;
     if (fine_) fine_->update(*at.rotations, s, m);
     if (terms.tangent == Tangent::positive) take_positive();
-    if (hexahedral_) {
-        hexahedral_->update(*at.rotations, s, m);
-        return RenewalExtent::whole;
-    }
-    return quadratic_ ? quadratic_->update(*at.rotations, s, m, wanted)
-                      : multigrid_->update(*at.rotations, s, m, wanted);
+    return cycle_->update(*at.rotations, s, m, wanted);
 }
 
 void LiveSolver::multiply(std::span<const double> x, std::span<double> y) {
-    if (!fine_ || (!quadratic_ && !hexahedral_ && fine_->tangent() != Tangent::exact)) {
-        multigrid_->multiply(x, y);
+    if (assembled_ && !takes_law()) {
+        assembled_->multiply(x, y);
         return;
     }
     fine_->multiply(x, y);
-    if (fine_->tangent() == Tangent::exact &&
-        std::inner_product(x.begin(), x.end(), y.begin(), 0.0) < 0)
+    if (takes_law() && std::inner_product(x.begin(), x.end(), y.begin(), 0.0) < 0)
         is_curved_down_ = true;
 }
 
@@ -150,15 +142,6 @@ void LiveSolver::multiply_mixed(MatrixFreeCoupling& coupling, std::span<const do
     fine_->over_components([&](std::size_t i) { y[i] = free[i] * y[i] + positive_[i]; });
 }
 
-void LiveSolver::cycle(std::span<const double> r, std::span<double> z) {
-    if (hexahedral_)
-        hexahedral_->cycle(r, z);
-    else if (quadratic_)
-        quadratic_->cycle(r, z);
-    else
-        multigrid_->cycle(r, z);
-}
-
 bool LiveSolver::change_preconditioner(KSPConvergedReason reason) {
     if (reason != KSP_DIVERGED_INDEFINITE_MAT || !fine_ || fine_->tangent() != Tangent::exact)
         return false;
@@ -167,16 +150,13 @@ bool LiveSolver::change_preconditioner(KSPConvergedReason reason) {
 }
 
 double LiveSolver::bytes_of_solve(double iterations) const {
-    const double product = fine_ ? fine_->bytes_of_multiply() : multigrid_->bytes_of_multiply();
-    const double cycle = hexahedral_  ? hexahedral_->bytes_of_cycle()
-                         : quadratic_ ? quadratic_->bytes_of_cycle()
-                                      : multigrid_->bytes_of_cycle();
-    return (iterations + max_guesses) * product + iterations * cycle;
+    const double product = fine_ ? fine_->bytes_of_multiply() : assembled_->bytes_of_multiply();
+    return (iterations + max_guesses) * product + iterations * cycle_->bytes_of_cycle();
 }
 
 std::string LiveSolver::preconditioner_name() const {
     return fmt::format("multigrid in single precision{}, {} levels, rediscretised",
-                       hexahedral_ ? " over hexahedra" : "", level_count());
+                       grid_.levels.empty() ? "" : " over hexahedra", level_count());
 }
 
 }  // namespace livetet

@@ -16,8 +16,8 @@ namespace livetet {
 /// For tets of four nodes and Hooke's law, the finest operator is the multigrid's. For other laws
 /// it is the law's tangent, without a matrix, and the multigrid is that of Hooke's law turned by
 /// the rotation of each tet; where the tangent is not positive, solves go on with Hooke's law in
-/// its place. For tets of ten nodes, the multigrid is that of the same tets with four. A grid of
-/// hexahedra has a GridCycle in its place, and no matrix on any level.
+/// its place. Tets of ten nodes have a QuadraticCycle around that of the same tets with four, and
+/// a grid of hexahedra a GridCycle; neither has a matrix on its finest level.
 ///
 /// In the mixed form (role `preconditioner`) it is the cycle alone, and multiply_mixed the product
 /// of the whole operator; SaddlePointSolver has the rest.
@@ -32,14 +32,12 @@ class LiveSolver : public DisplacementSolver {
     void set_constrained(std::span<const std::uint8_t> components) override;
     void set_springs(std::span<const double> stiffness) override;
     void find_mass() override;
-    double bytes_of_update() const override {
-        return multigrid_ ? multigrid_->bytes_of_update() : 0;
-    }
+    double bytes_of_update() const override { return cycle_->bytes_of_update(); }
     double bytes_of_solve(double iterations) const override;
 
     /// The frame's operator and its preconditioner, on the displacements' components.
     void multiply(std::span<const double> x, std::span<double> y);
-    void cycle(std::span<const double> r, std::span<double> z);
+    void cycle(std::span<const double> r, std::span<double> z) { cycle_->cycle(r, z); }
     /// {y, g} = [K B^T; B 0] {x, q}, K with mass and springs; see MatrixFreeCoupling.
     void multiply_mixed(MatrixFreeCoupling& coupling, std::span<const double> x,
                         std::span<const double> q, std::span<double> y, std::span<double> g);
@@ -56,16 +54,15 @@ class LiveSolver : public DisplacementSolver {
     void configure(PC pc) override;
     bool change_preconditioner(KSPConvergedReason reason) override;
     Mat matrix() const override { return shell_.get(); }
-    void take_constraints();
     void add_levels(const DistributedHierarchy& mesh, const ElasticModel& model);
-    void make_multigrid(const MeshHierarchy& hierarchy, int smoothing_steps);
+    void make_cycle(const MeshHierarchy& hierarchy, int smoothing_steps);
 
     GridHierarchy grid_;  ///< empty unless the body is a grid
     CoarseConstraints constraints_;
-    std::unique_ptr<SinglePrecisionMultigrid> multigrid_;
-    std::unique_ptr<MatrixFreeOperator> fine_;   ///< null: the multigrid's
-    std::unique_ptr<QuadraticCycle> quadratic_;  ///< of tets of ten nodes
-    std::unique_ptr<GridCycle> hexahedral_;      ///< of a grid, in place of multigrid_
+    std::unique_ptr<MatrixFreeOperator> fine_;  ///< null: the matrix of `assembled_`
+    std::unique_ptr<LiveCycle> cycle_;
+    /// The cycle where its finest level is the body's and has a matrix, that of Hooke's law.
+    SinglePrecisionMultigrid* assembled_ = nullptr;
     PetscHandle<Mat> shell_;
     std::vector<double> positive_;  ///< mixed form: Hooke's products
     bool is_curved_down_ = false;   ///< a product of the law's tangent showed negative curvature

@@ -3,11 +3,11 @@
 namespace livetet {
 
 QuadraticCycle::QuadraticCycle(MatrixFreeOperator& fine, LevelAssembler& linear_level,
-                               SinglePrecisionMultigrid& multigrid, const BarycentricMap& map,
-                               int smoothing_steps, ThreadTeam& team)
+                               std::unique_ptr<SinglePrecisionMultigrid> multigrid,
+                               const BarycentricMap& map, int smoothing_steps, ThreadTeam& team)
     : fine_(fine),
       linear_level_(linear_level),
-      multigrid_(multigrid),
+      multigrid_(std::move(multigrid)),
       map_(map),
       restriction_(map, linear_level.share().nodes.size()),
       corner_of_(linear_level.share().nodes.size()),
@@ -33,7 +33,7 @@ RenewalExtent QuadraticCycle::update(const ElementRotations& at, double s, doubl
         });
         linear_level_.update_single_rotations(linear_rotations_);
     }
-    const RenewalExtent renewed = multigrid_.update(linear_rotations_, s, m, wanted);
+    const RenewalExtent renewed = multigrid_->update(linear_rotations_, s, m, wanted);
     smoother_.find_bound();
     return renewed;
 }
@@ -47,7 +47,7 @@ void QuadraticCycle::correct_by_linear_tets() {
             for (int c = 0; c < 3; ++c) coarse_r_[3 * n + c] = sum[c];
         }
     });
-    multigrid_.cycle(coarse_r_, coarse_z_);
+    multigrid_->cycle(coarse_r_, coarse_z_);
     std::vector<float>& x = smoother_.x();
     team_.run_pieces(map_.size(), 150, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -9,26 +10,29 @@
 
 namespace livetet {
 
-/// A multigrid cycle for tets of ten nodes: a MatrixFreeSmoother on the finest level around a
-/// SinglePrecisionMultigrid of the tets with four nodes that they were made from.
-class QuadraticCycle {
+/// The cycle of tets of ten nodes: a MatrixFreeSmoother on the finest level around the cycle of the
+/// tets with four nodes that they were made from.
+class QuadraticCycle final : public LiveCycle {
   public:
-    /// All must outlive this. `map` places the nodes of the ten-node tets in those with four;
-    /// `linear_level`: the finest of `multigrid`.
+    /// All but `multigrid` must outlive this. `map` places the nodes of the ten-node tets in those
+    /// with four; `linear_level`: the finest of `multigrid`.
     QuadraticCycle(MatrixFreeOperator& fine, LevelAssembler& linear_level,
-                   SinglePrecisionMultigrid& multigrid, const BarycentricMap& map,
+                   std::unique_ptr<SinglePrecisionMultigrid> multigrid, const BarycentricMap& map,
                    int smoothing_steps, ThreadTeam& team);
 
-    /// Constraints are new.
-    void set_constrained() { smoother_.forget_bound(); }
-    /// Renews the multigrid below for the displacement of `at`; `fine` was updated before. See
-    /// SinglePrecisionMultigrid::update.
-    RenewalExtent update(const ElementRotations& at, double s, double m, RenewalExtent wanted);
-    /// z = one symmetric V-cycle for A z = r from zero; r and z zero at constrained components.
-    void cycle(std::span<const double> r, std::span<double> z);
+    void set_constrained() override {
+        smoother_.forget_bound();
+        multigrid_->set_constrained();
+    }
+    void set_springs() override { multigrid_->set_springs(); }
+    /// `fine` was updated before. See SinglePrecisionMultigrid::update.
+    RenewalExtent update(const ElementRotations& at, double s, double m,
+                         RenewalExtent wanted) override;
+    void cycle(std::span<const double> r, std::span<double> z) override;
 
-    double bytes_of_cycle() const {
-        return 2 * smoothing_steps_ * fine_.bytes_of_multiply() + multigrid_.bytes_of_cycle();
+    double bytes_of_update() const override { return multigrid_->bytes_of_update(); }
+    double bytes_of_cycle() const override {
+        return 2 * smoothing_steps_ * fine_.bytes_of_multiply() + multigrid_->bytes_of_cycle();
     }
 
   private:
@@ -36,7 +40,7 @@ class QuadraticCycle {
 
     MatrixFreeOperator& fine_;
     LevelAssembler& linear_level_;
-    SinglePrecisionMultigrid& multigrid_;
+    std::unique_ptr<SinglePrecisionMultigrid> multigrid_;
     const BarycentricMap& map_;
     TransposedMap restriction_;
     std::vector<std::int32_t> corner_of_;  ///< of each node of four-node tets: the same of the fine

@@ -9,17 +9,16 @@
 #include "base/thread_team.hpp"
 #include "mechanics/batch_kernels.hpp"
 #include "mechanics/scaled_stiffness.hpp"
-#include "solvers/assembly/level_assembler.hpp"
+#include "solvers/linear/live_cycle.hpp"
 #include "solvers/linear/transfer.hpp"
 
 namespace livetet {
 
-/// A geometric multigrid cycle in single precision over the levels of a hierarchy, each
-/// re-discretised with its own rotations: what a live frame is preconditioned with, on one rank,
-/// P1, linear and corotated strain. Its finest operator is the frame's too. Chebyshev smoothing on
-/// 3x3 block Jacobi; the coarsest level by its dense inverse, made anew when constraints or
-/// coefficients change. After `set_constrained` and the first `update`, nothing allocates.
-class SinglePrecisionMultigrid {
+/// The cycle of tets of four nodes, over the levels of a hierarchy, each re-discretised with its
+/// own rotations; of Hooke's law. Its finest operator can be the frame's too. Chebyshev smoothing
+/// on 3x3 block Jacobi; the coarsest level by its dense inverse, made anew when constraints,
+/// springs or coefficients change.
+class SinglePrecisionMultigrid final : public LiveCycle {
   public:
     /// The coarsest level's inverse is dense: 150 MB at so many nodes.
     static constexpr std::size_t max_coarsest_nodes = 2000;
@@ -33,29 +32,24 @@ class SinglePrecisionMultigrid {
     SinglePrecisionMultigrid(std::vector<LevelAssembler*> levels,
                              std::vector<const BarycentricMap*> maps, int smoothing_steps,
                              ThreadTeam& team);
-    ~SinglePrecisionMultigrid();
+    ~SinglePrecisionMultigrid() override;
 
     const BarycentricMap& map(std::size_t level) const { return *maps_[level]; }
 
-    /// Takes up the levels' constrained components and springs.
-    void set_constrained();
-
-    /// Renews the operators s K(R) + m M with the rotations of the finest level. If `wanted` is
-    /// half: of the finest level only the half that was not renewed last, unless constraints are
-    /// new or s or m has changed by more than 5 %. Returns what was renewed.
+    void set_constrained() override;
+    void set_springs() override { set_constrained(); }
+    /// If `wanted` is half: of the finest level only the half that was not renewed last, unless
+    /// constraints are new or s or m has changed by more than 5 %.
     RenewalExtent update(const ElementRotations& finest, double s, double m,
-                         RenewalExtent wanted = RenewalExtent::whole);
+                         RenewalExtent wanted = RenewalExtent::whole) override;
 
     /// y = A x on the finest level, x and y zero at constrained components.
     void multiply(std::span<const double> x, std::span<double> y);
-    /// z = one symmetric V-cycle for A z = r from zero; r and z zero at constrained components.
-    void cycle(std::span<const double> r, std::span<double> z);
+    void cycle(std::span<const double> r, std::span<double> z) override;
 
-    /// What one `update`, one `multiply` and one `cycle` have to move, from and to memory, if every
-    /// array is read or written once where it is used; bytes.
-    double bytes_of_update() const;
+    double bytes_of_update() const override;
     double bytes_of_multiply() const;
-    double bytes_of_cycle() const;
+    double bytes_of_cycle() const override;
 
   private:
     struct Level;

@@ -164,7 +164,7 @@ class GridCycleTest : public testing::Test {
         fill(levels[0]->share(), bent, u.get());
         rotations = levels[0]->make_rotations();
         levels[0]->update_rotations(u.get(), rotations);
-        cycle->update(rotations, 1.2, 3e4);
+        (void)cycle->update(rotations, 1.2, 3e4);
     }
     Eigen::VectorXd wave(double frequency) const { return test::wave(*levels[0], frequency); }
     Eigen::VectorXd cycled(const Eigen::VectorXd& r) { return test::cycled(*cycle, r); }

@@ -30,13 +30,12 @@ class QuadraticCycleTest : public testing::TestWithParam<const char*> {
         n = 3 * static_cast<Eigen::Index>(hierarchy.levels.front().nodes.size());
         u = make_vector(plain->share());
         bend(0, 1);
-        multigrid = std::make_unique<SinglePrecisionMultigrid>(
+        auto multigrid = std::make_unique<SinglePrecisionMultigrid>(
             std::vector<LevelAssembler*>{levels[1].get(), levels[2].get()},
             std::vector<const BarycentricMap*>{&hierarchy.transfers[1]}, 1, ThreadTeam::alone());
         operator_ = std::make_unique<MatrixFreeOperator>(*levels[0], ThreadTeam::alone());
-        cycle = std::make_unique<QuadraticCycle>(*operator_, *levels[1], *multigrid,
+        cycle = std::make_unique<QuadraticCycle>(*operator_, *levels[1], std::move(multigrid),
                                                  hierarchy.transfers[0], 1, ThreadTeam::alone());
-        multigrid->set_constrained();
         cycle->set_constrained();
         operator_->set_constrained();
         operator_->update(rotations, s, m);
@@ -86,7 +85,6 @@ class QuadraticCycleTest : public testing::TestWithParam<const char*> {
     ElementRotations rotations;
     PetscHandle<Vec> u;
     std::unique_ptr<MatrixFreeOperator> operator_;
-    std::unique_ptr<SinglePrecisionMultigrid> multigrid;
     std::unique_ptr<QuadraticCycle> cycle;
     Eigen::Index n = 0;
 };

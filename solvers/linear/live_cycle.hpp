@@ -1,0 +1,38 @@
+#pragma once
+
+#include <span>
+
+#include "solvers/assembly/level_assembler.hpp"
+
+namespace livetet {
+
+/// What a live frame is preconditioned with: a symmetric multigrid cycle in single precision over
+/// the levels of a body. After `set_constrained` and the first `update`, nothing allocates. To use
+/// it:
+///
+///     set_constrained();        // when constrained components change
+///     set_springs();            // when springs alone change
+///     update(at, s, m, ...);    // when the body has moved
+///     cycle(r, z);              // as often as wanted
+class LiveCycle {
+  public:
+    virtual ~LiveCycle() = default;
+
+    /// Takes up the levels' constrained components and springs.
+    virtual void set_constrained() = 0;
+    /// Takes up the levels' springs.
+    virtual void set_springs() = 0;
+    /// Renews the operators s K(R) + m M for the displacement and rotations of the finest level.
+    /// Where `wanted` is half, a cycle may renew less than the whole. Returns what was renewed.
+    virtual RenewalExtent update(const ElementRotations& at, double s, double m,
+                                 RenewalExtent wanted) = 0;
+    /// z = one cycle for A z = r from zero; r and z zero at constrained components.
+    virtual void cycle(std::span<const double> r, std::span<double> z) = 0;
+
+    /// What one `update` and one `cycle` have to move, from and to memory, if every array is read
+    /// or written once where it is used; bytes.
+    virtual double bytes_of_update() const = 0;
+    virtual double bytes_of_cycle() const = 0;
+};
+
+}  // namespace livetet
