@@ -38,9 +38,7 @@ Measured Follower::frame(const TrackerSample& sample, FrameLimits limits,
     Measured m;
     watch_.start();
     const auto start = Clock::now();
-    if (budget_s)
-        limits.deadline = start + std::chrono::duration_cast<Clock::duration>(
-                                      std::chrono::duration<double>(*budget_s));
+    if (budget_s) limits.deadline = Deadline::after(start, *budget_s);
     const Frame& frame = model_.advance(sample, limits);
     m.seconds = seconds_since(start);
     m.cores = watch_.stop();

@@ -129,9 +129,7 @@ class LiveRun {
         watch_.start();
         const auto start = Clock::now();
         controls_.deadline.reset();
-        if (budget_s)
-            controls_.deadline = start + std::chrono::duration_cast<Clock::duration>(
-                                             std::chrono::duration<double>(*budget_s));
+        if (budget_s) controls_.deadline = Deadline::after(start, *budget_s);
         body_.press(share);
         (void)body_.body().advance(1 / frames_per_s, controls_);
         body_.body().displacement(u_);

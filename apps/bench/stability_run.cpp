@@ -179,11 +179,9 @@ class Trial {
         const auto start = Clock::now();
         move(1);
         const StepReport report = body_.body->advance(
-            dt,
-            {.newton_iterations = 1,
-             .linear_tolerance = scene_.solver.relative_tolerance,
-             .deadline = start + std::chrono::duration_cast<Clock::duration>(
-                                     std::chrono::duration<double>(limits_.budget_s - tail_s_))});
+            dt, {.newton_iterations = 1,
+                 .linear_tolerance = scene_.solver.relative_tolerance,
+                 .deadline = Deadline::after(start, limits_.budget_s - tail_s_)});
         tail_s_ = std::max(0.95 * tail_s_,
                            report.finish_s);  // as `track` leaves time for what comes last
         late_ += seconds_since(start) > limits_.budget_s;

@@ -107,9 +107,7 @@ void run_frames(Scene& scene, TrackerSource& source, TrackedBody& tracked, Recor
         if (SceneChange* change = watch ? watch->take() : nullptr)
             take_changes(*change, scene, tracked, counts);
         FrameLimits limits{.ahead_s = ahead_of_next(*scene.track, plan, latency)};
-        if (plan.budget_s)
-            limits.deadline = start + std::chrono::duration_cast<Clock::duration>(
-                                          std::chrono::duration<double>(*plan.budget_s));
+        if (plan.budget_s) limits.deadline = Deadline::after(start, *plan.budget_s);
         if (plan.observer) tracked.pull(plan.observer->pull());
         const Frame& frame = tracked.advance(sample->sample, limits);
         const double seconds = seconds_since(start);

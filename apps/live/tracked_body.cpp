@@ -139,9 +139,7 @@ const Frame& TrackedBody::advance(const TrackerSample& sample, FrameLimits limit
                                    : scene_.time.step_s;
     last_time_s_ = sample.time_s;
     if (!(dt > 0)) return frame_;
-    if (limits.deadline)
-        *limits.deadline -=
-            std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(tail_s_));
+    if (limits.deadline) limits.deadline = limits.deadline->earlier_by(tail_s_);
     frame_.step = body_.body->advance(dt, {.newton_iterations = scene_.track->newton_iterations,
                                            .linear_tolerance = scene_.solver.relative_tolerance,
                                            .max_iterations = limits.max_iterations,

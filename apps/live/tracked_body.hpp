@@ -21,7 +21,7 @@ namespace livetet {
 /// frame must be done, with its displacement read. `ahead_s`: time by which the pose estimator
 /// predicts beyond the sample, s, from 0 to 0.5; none: as the scene says.
 struct FrameLimits {
-    std::optional<Clock::time_point> deadline{};
+    std::optional<Deadline> deadline{};
     std::optional<int> max_iterations{};  ///< of each linear solve; none: as the scene says
     RenewalExtent renewal = RenewalExtent::whole;
     const SolveRecords* as_done = nullptr;

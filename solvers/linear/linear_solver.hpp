@@ -1,12 +1,12 @@
 #pragma once
 
-#include <chrono>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "base/deadline.hpp"
 #include "base/thread_team.hpp"
 #include "mesh/hierarchy.hpp"
 #include "solvers/assembly/level_assembler.hpp"
@@ -16,14 +16,12 @@
 
 namespace livetet {
 
-using Clock = std::chrono::steady_clock;
-
 /// When a linear solve ends: at |b - A x| <= relative_tolerance |b|; after `max_iterations`; or,
 /// after its first iteration, where 1.5 times the last iteration's time would pass the deadline.
 struct LinearControls {
     double relative_tolerance = 1e-3;
     int max_iterations = 200;
-    std::optional<Clock::time_point> deadline{};
+    std::optional<Deadline> deadline{};
 };
 
 /// Result of a linear solve.

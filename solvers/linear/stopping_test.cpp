@@ -32,7 +32,7 @@ void StoppingTest::begin(const LinearControls& controls, double allowed_residual
     allowed_ = allowed_residual;
     steps_[0] = steps_[1] = 0;
     if (previous_) LIVETET_PETSC(VecSet(previous_.get(), 0));
-    last_ = Clock::now();
+    if (controls.deadline) last_ = controls.deadline->now();
 }
 
 void StoppingTest::resume(int iterations) {
@@ -63,10 +63,10 @@ KSPConvergedReason StoppingTest::reason(KSP ksp, int iteration, double residual)
     if (watched_ && !controls_.deadline && is_too_slow(iteration, residual / first_))
         return KSP_DIVERGED_BREAKDOWN;
     if (controls_.deadline && iteration > 0) {
-        const auto now = Clock::now();
-        const auto next = now + 3 * (now - last_) / 2;
+        const auto now = controls_.deadline->now();
+        const double next_s = 1.5 * std::chrono::duration<double>(now - last_).count();
         last_ = now;
-        if (next > *controls_.deadline) return KSP_CONVERGED_ITS;
+        if (next_s > controls_.deadline->left_s(now)) return KSP_CONVERGED_ITS;
     }
     return KSP_CONVERGED_ITERATING;
 }

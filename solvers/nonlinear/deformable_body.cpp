@@ -177,8 +177,8 @@ StepReport DeformableBody::solve(double dt, const SolveControls& controls) {
 StepReport DeformableBody::advance(double dt, const FrameControls& controls) {
     StepReport report =
         make_step(dt, ForceBalance::DampingAt::present, [&] { return stepper_.advance(controls); });
+    report.late = controls.deadline && controls.deadline->left_s() < 0;
     if (!report.kept_old) stepper_.learn(report);
-    report.late = controls.deadline && Clock::now() > *controls.deadline;
     return report;
 }
 

@@ -55,7 +55,8 @@ void FrameStepper::watch_for_jump() {
     renew_mean(usual_moved_, moved_);
 }
 
-StepReport FrameStepper::advance(const FrameControls& controls) {
+StepReport FrameStepper::advance(FrameControls controls) {
+    if (controls.deadline) controls.deadline = reserve_.before(*controls.deadline);
     if (!du_) {
         du_ = make_vector(solver_.fine().share());
         if (state_.p) dp_ = make_vector(*solver_.fine().pressure_space());
@@ -111,11 +112,11 @@ StepReport FrameStepper::advance(const FrameControls& controls) {
 
 void FrameStepper::learn(const StepReport& report) {
     renew_mean(rest_s_, report.solve_s / std::max(1, report.iterations) + report.finish_s);
+    reserve_.learn(report.late);
 }
 
 bool FrameStepper::is_late(const FrameControls& controls) const {
-    return controls.deadline &&
-           Clock::now() + std::chrono::duration<double>(renewal_s_ + rest_s_) > *controls.deadline;
+    return controls.deadline && renewal_s_ + rest_s_ > controls.deadline->left_s();
 }
 
 LinearReport FrameStepper::solve_linear(const FrameControls& controls, StepReport& report) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "solvers/nonlinear/deadline_reserve.hpp"
 #include "solvers/nonlinear/force_balance.hpp"
 #include "solvers/nonlinear/increment_history.hpp"
 #include "solvers/nonlinear/step_report.hpp"
@@ -13,7 +14,7 @@ struct FrameControls {
     int newton_iterations = 1;
     double linear_tolerance = 1e-3;
     std::optional<int> max_iterations{};
-    std::optional<Clock::time_point> deadline{};
+    std::optional<Deadline> deadline{};
     /// half: renew one half of the operator now and the other in the next frame, however far the
     /// deadline is; not soon after a jump. whole: renew a half only where time is short.
     RenewalExtent renewal = RenewalExtent::whole;
@@ -25,8 +26,9 @@ struct FrameControls {
 /// iterations; the first applies the prescribed increment, without a line search. Only where its
 /// step leads far while no prescribed node moves, as when a body springs back from a shock, it
 /// searches along the step and makes further iterations if that does not do. A deadline cuts linear
-/// solves short. When time is short, only one half of the operator is renewed. Running means of
-/// past frames decide whether it is, and whether the direction that such an operator gives is used.
+/// solves short, the earlier the more frames were late (DeadlineReserve). When time is short, only
+/// one half of the operator is renewed. Running means of past frames decide whether it is, and
+/// whether the direction that such an operator gives is used.
 class FrameStepper {
   public:
     /// All must outlive this.
@@ -37,8 +39,8 @@ class FrameStepper {
     /// One frame from the state as it is, within a step that the TimeIntegrator has begun and whose
     /// prescribed increment was found. If the report says kept_old, the new state is not to be used
     /// (see ForceBalance::state_fault).
-    StepReport advance(const FrameControls& controls);
-    /// After the step has ended, with all its times in the report.
+    StepReport advance(FrameControls controls);
+    /// After the step has ended, with all its times in the report and whether it was late.
     void learn(const StepReport& report);
 
   private:
@@ -72,6 +74,7 @@ class FrameStepper {
     const SolverOptions& options_;
     ThreadTeam& team_;
     PetscHandle<Vec> du_, dp_;
+    DeadlineReserve reserve_;
     double renewal_s_ = 0;    ///< running mean: a whole operator
     double rest_s_ = 0;       ///< running mean: one iteration and what follows
     double moved_ = 0;        ///< largest prescribed increment of this step, m
