@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "apps/bench/accuracy_run.hpp"
@@ -11,7 +12,9 @@
 #include "apps/bench/follower.hpp"
 #include "apps/bench/realtime_cases.hpp"
 #include "apps/plots/pareto.hpp"
+#include "image/mask_selection.hpp"
 #include "mesh/quadratic.hpp"
+#include "meshing/voxel_grid.hpp"
 
 namespace livetet {
 
@@ -21,31 +24,54 @@ constexpr double rate = 60, press = 0.015;
 
 struct FrontMesh {
     Elements elements;
-    std::int64_t tets;
-    bool graded = false;
+    std::int64_t cells;  ///< tets, or at most so many hexahedra
+    bool graded = false, is_grid = false;
 };
-constexpr FrontMesh meshes[] = {
-    {Elements::p1, 6000},       {Elements::p1, 20000},       {Elements::p1, 60000},
-    {Elements::p2, 2500},       {Elements::p2, 6000},        {Elements::p2, 15000},
-    {Elements::p1, 6000, true}, {Elements::p1, 20000, true}, {Elements::p2, 2500, true},
-    {Elements::p2, 6000, true}, {Elements::p2, 15000, true}};
+constexpr FrontMesh meshes[] = {{Elements::p1, 6000},
+                                {Elements::p1, 20000},
+                                {Elements::p1, 60000},
+                                {Elements::p2, 2500},
+                                {Elements::p2, 6000},
+                                {Elements::p2, 15000},
+                                {Elements::p1, 6000, true},
+                                {Elements::p1, 20000, true},
+                                {Elements::p2, 2500, true},
+                                {Elements::p2, 6000, true},
+                                {Elements::p2, 15000, true},
+                                {Elements::p1, 4000, false, true},
+                                {Elements::p1, 30000, false, true}};
 
-std::string name_of(Elements elements) { return elements == Elements::p1 ? "P1" : "P2"; }
+std::string name_of(const FrontMesh& mesh) {
+    return mesh.is_grid ? "Q1" : mesh.elements == Elements::p1 ? "P1" : "P2";
+}
 const char* name_of_mesh(bool graded) { return graded ? "graded" : "even"; }
 
 /// The laws of a mesh's rows: the error of corotated frames is that of their law, which a finer
 /// mesh does not reduce.
 std::vector<std::string> laws_on(const FrontMesh& mesh) {
-    if (mesh.graded) return {"neohookean"};
+    if (mesh.graded || mesh.is_grid) return {"neohookean"};
     return {"corotated", "neohookean"};
+}
+
+/// Of its rows. Pressures need more, and grids' smoothers without blocks.
+std::array<int, 2> iterations_on(const FrontMesh& mesh, bool is_mixed) {
+    if (mesh.is_grid) return {3, 10};
+    return is_mixed ? std::array{2, 4} : std::array{1, 3};
 }
 
 /// Graded at the patch that the truth presses.
 MeshHierarchy front_mesh(const FrontMesh& mesh, const PhantomImages& images, const Truth& truth,
                          const ProgressCallback& progress) {
+    if (mesh.is_grid) {
+        MeshHierarchy grid =
+            make_hierarchy({voxel_grid(images.labels, {}, {}, mesh.cells).mesh}, "the phantom");
+        TetMesh& finest = grid.levels.front();
+        finest.node_sets["fixed"] = nodes_in_mask(finest, images.fixed_mask);
+        return grid;
+    }
     PatchGrading grading;
     if (mesh.graded) grading.patches.push_back({truth.sensor_rest, truth.patch_radius});
-    return mesh_phantom(images, {"", mesh.tets, 0, 0, 0}, progress, grading);
+    return mesh_phantom(images, {"", mesh.cells, 0, 0, 0}, progress, grading);
 }
 
 Scene front_scene(const FrontMesh& mesh, const std::string& law, const Truth& truth,
@@ -73,11 +99,12 @@ class FrontRun {
           judged_(judged_targets(truth)),
           follower_(front_scene(mesh, law, truth, options), hierarchy, tracker()),
           targets_(follower_.mesh(), places()),
-          row_{.elements = name_of(mesh.elements),
+          row_{.elements = name_of(mesh),
                .law = law,
                .graded = mesh.graded,
                .poisson = options.poisson,
-               .tets = follower_.mesh().tets.size(),
+               .cells =
+                   mesh.is_grid ? follower_.mesh().hexahedra.size() : follower_.mesh().tets.size(),
                .nodes = follower_.mesh().nodes.size(),
                .iterations = iterations} {}
 
@@ -177,16 +204,16 @@ std::vector<FrontRow> measure_front(const FrontOptions& options, ProgressLine& p
         const Scene scene = front_scene(mesh, law, organ.truth, options);
         return resolved_formulation(elastic_model(scene)) == Formulation::mixed;
     };
-    constexpr int pairs[2][2] = {{1, 3}, {2, 4}};  // of iterations; more with pressures
     std::vector<FrontRow> rows;
     for (std::size_t k = 0; k < std::size(meshes); ++k) {
         const FrontMesh& mesh = meshes[k];
+        if (mesh.is_grid && is_mixed(mesh, "neohookean")) continue;
         const MeshHierarchy hierarchy = front_mesh(mesh, images, organ.truth, progress.callback());
         for (const std::string& law : laws_on(mesh))
-            for (const int iterations : pairs[is_mixed(mesh, law)]) {
+            for (const int iterations : iterations_on(mesh, is_mixed(mesh, law))) {
                 progress.update(0.2 + 0.8 * static_cast<double>(k) / std::size(meshes),
-                                fmt::format("front: {}, {} tets, {}, {}", name_of(mesh.elements),
-                                            mesh.tets, name_of_mesh(mesh.graded), law));
+                                fmt::format("front: {}, {} cells, {}, {}", name_of(mesh),
+                                            mesh.cells, name_of_mesh(mesh.graded), law));
                 rows.push_back(measure_row(mesh, law, iterations, hierarchy, organ.truth, options));
             }
     }
@@ -211,7 +238,7 @@ void print_front(const std::vector<FrontRow>& rows) {
     if (rows.empty()) return;
     fmt::print("Whole error of a frame at the targets, press of 15 mm at 1 Hz, nu {}\n",
                rows.front().poisson);
-    fmt::print(fmt::runtime(heads), "front", "elements", "law", "mesh", "tets", "nodes", "cycles",
+    fmt::print(fmt::runtime(heads), "front", "elements", "law", "mesh", "cells", "nodes", "cycles",
                "median", "p99", "p99 *", "cpu", "switches", "steal", "forces", "operator", "solve",
                "solver", "error", "error");
     fmt::print(fmt::runtime(heads), "", "", "", "", "", "", "", "ms", "ms", "ms", "ms", "own+oth.",
@@ -222,7 +249,7 @@ void print_front(const std::vector<FrontRow>& rows) {
         fmt::print(
             "{:<5} {:<8} {:<10} {:<6} {:>6} {:>6} {:>6} | {:>6.2f} {:>6.2f} {:>6} | {:>6.2f} {:>8} "
             "{:>9} | {:>6.2f} {:>8.2f} {:>6.2f} | {:>7.4f} {:>8.3f} {:>7.2f}\n",
-            r.on_front ? "front" : "", r.elements, r.law, name_of_mesh(r.graded), r.tets, r.nodes,
+            r.on_front ? "front" : "", r.elements, r.law, name_of_mesh(r.graded), r.cells, r.nodes,
             r.iterations, 1e3 * t.all.median, 1e3 * t.all.p99, p99_with_cores_text(t),
             1e3 * t.cpu_s, fmt::format("{}+{}", t.switched, t.others_switched),
             t.steal_s ? fmt::format("{:.2f}", *t.steal_s) : "not told", 1e3 * r.forces_s,
@@ -243,7 +270,7 @@ nlohmann::json json_of(const std::vector<FrontRow>& rows) {
                         {"law", r.law},
                         {"mesh", name_of_mesh(r.graded)},
                         {"poisson", r.poisson},
-                        {"tets", r.tets},
+                        {"cells", r.cells},
                         {"nodes", r.nodes},
                         {"iterations", r.iterations},
                         {"on_front", r.on_front},

@@ -11,13 +11,14 @@
 
 namespace livetet {
 
-/// Frames of one kind of tets, law and mesh with a fixed number of iterations. The errors are
+/// Frames of one kind of element, law and mesh with a fixed number of iterations. The errors are
 /// whole: of elements, law, patch and solver, against the truth.
 struct FrontRow {
-    std::string elements, law;
+    std::string elements;  ///< P1, P2: tets of four and ten nodes; Q1: hexahedra of a voxel grid
+    std::string law;
     bool graded = false;  ///< shorter edges at the patch; else of even length
     double poisson = 0;
-    std::size_t tets = 0, nodes = 0;
+    std::size_t cells = 0, nodes = 0;
     int iterations = 0;
     FrameTimes times{};                                ///< of frames that are not judged
     double forces_s = 0, operator_s = 0, solve_s = 0;  ///< means of its stages
@@ -37,14 +38,15 @@ struct FrontOptions {
 
 /// The phantom pressed by 15 mm once a second, sixty frames a second, by a sensor without noise;
 /// static, with four-node and ten-node tets of several meshes: corotated and neo-Hookean on even
-/// ones, neo-Hookean on graded ones. Truth: `press_organ` with a flat disc and edges of 2 mm there.
+/// ones, neo-Hookean on graded ones; neo-Hookean on grids, unless pressures are needed, which live
+/// grids do not have. Truth: `press_organ` with a flat disc and edges of 2 mm there.
 std::vector<FrontRow> measure_front(const FrontOptions& options, ProgressLine& progress);
 
 void print_front(const std::vector<FrontRow>& rows);
 nlohmann::json json_of(const std::vector<FrontRow>& rows);
 /// Sets `on_front` of each row.
 void mark_front(std::vector<FrontRow>& rows);
-/// Error against median frame time, a line for each kind of tets, law and mesh, and the front.
+/// Error against median frame time, a line for each kind of element, law and mesh, and the front.
 WorkPrecisionChart chart_of(const std::vector<FrontRow>& rows);
 
 }  // namespace livetet
