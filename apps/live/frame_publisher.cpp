@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <chrono>
 #include <nlohmann/json.hpp>
 
@@ -87,7 +88,7 @@ std::uint16_t status_code(const FrameState& frame) {
     return placing ? not_ready : all_well;
 }
 
-/// The 95 % ellipsoids of all targets as one surface.
+/// The 95 % ellipsoids of all targets as one surface, with how many sources of error they lack.
 igtl::Message region_message(const FrameStatement& statement, double time_s) {
     TriangleMesh all;
     std::vector<float> radius_mm;
@@ -99,7 +100,10 @@ igtl::Message region_message(const FrameStatement& statement, double time_s) {
             all.triangles.push_back({first + a, first + b, first + c});
         radius_mm.resize(all.nodes.size(), static_cast<float>(1e3 * t.radius_95));
     }
-    const igtl::PointScalars scalars[] = {{"radius_95_mm", radius_mm}};
+    const std::vector<float> missing(radius_mm.size(),
+                                     static_cast<float>(std::popcount(statement.missing.bits())));
+    const igtl::PointScalars scalars[] = {{"radius_95_mm", radius_mm},
+                                          {"missing_sources", missing}};
     return igtl::surface_message("TargetRegion", all.nodes, all.triangles, scalars, time_s);
 }
 

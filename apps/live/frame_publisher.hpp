@@ -27,10 +27,10 @@ struct PublishedFrame {
 
 /// Makes the OpenIGTLink messages of a frame: the organ's surface (POLYDATA, with the length of the
 /// displacement in mm), the 95 % ellipsoids of the scene's targets (POLYDATA `TargetRegion`, with
-/// `radius_95_mm`; none without targets), tracker and tools in the image (TRANSFORM `TrackerToRAS`,
-/// `StylusTipToRAS`, `SensorToRAS`; none for a tool that is not seen), STATUS `Livetet` (1: all is
-/// well, 13: a sensor is being placed, 7: something is not followed, and why) and STRING
-/// `LivetetFrame` (JSON). `time_s`: UTC.
+/// `radius_95_mm` and `missing_sources`; none without targets), tracker and tools in the image
+/// (TRANSFORM `TrackerToRAS`, `StylusTipToRAS`, `SensorToRAS`; none for a tool that is not seen),
+/// STATUS `Livetet` (1: all is well, 13: a sensor is being placed, 7: something is not followed,
+/// and why) and STRING `LivetetFrame` (JSON). `time_s`: UTC.
 class FrameMessages {
   public:
     FrameMessages(const TetMesh& mesh, std::string surface);

@@ -159,8 +159,9 @@ def surface_of(message):
     counts = struct.unpack(">10I", body[:40])
     points = list(struct.iter_unpack(">3f", body[40 : 40 + 12 * counts[0]]))
     at = 40 + 12 * counts[0] + sum(counts[2:9:2])
-    count = struct.unpack(">BBI", body[at : at + 6])[2]
+    headers = list(struct.iter_unpack(">BBI", body[at : at + 6 * counts[9]]))
     at += 6 * counts[9]
     name = body[at : body.index(b"\0", at)].decode()
-    values = struct.unpack(f">{count}f", body[len(body) - 4 * count :])
+    first = len(body) - 4 * sum(count for _, _, count in headers)  # all are scalars
+    values = struct.unpack_from(f">{headers[0][2]}f", body, first)
     return Surface(points, name, values)

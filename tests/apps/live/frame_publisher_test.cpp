@@ -74,13 +74,17 @@ TEST(FrameMessages, RegionsOfAllTargetsAreOneSurface) {
              1e-3 * radii_mm[i],
              {}});
     a.targets = {"Tumour", "Vessel"};
+    a.frame.statement.missing.add(ErrorSource::fixed);
+    a.frame.statement.missing.add(ErrorSource::law);
     const std::vector<igtl::Message> messages = messages_of(a, 0);
     const igtl::PolyData* region = region_of(messages);
     ASSERT_NE(region, nullptr);
     ASSERT_EQ(region->points.size(), 2 * 162U);
     ASSERT_EQ(region->polygons.count, 2 * 320U);
-    ASSERT_EQ(region->attributes.size(), 1U);
+    ASSERT_EQ(region->attributes.size(), 2U);
     EXPECT_EQ(region->attributes[0].name, "radius_95_mm");
+    EXPECT_EQ(region->attributes[1].name, "missing_sources");
+    EXPECT_EQ(region->attributes[1].values, std::vector<float>(2 * 162, 2.0F));
     const std::vector<float>& radius = region->attributes[0].values;
     ASSERT_EQ(radius.size(), region->points.size());
     for (std::size_t k = 0; k < region->points.size(); ++k) {
