@@ -293,12 +293,13 @@ WorkPrecisionChart chart_of(const std::vector<FrontRow>& rows) {
                              "median time of a frame, s",
                              "front: nothing is both faster and nearer"};
     for (const FrontRow& r : rows) {
+        const std::string kind =
+            fmt::format("{} {}{}", r.elements, r.law, r.graded ? ", graded" : "");
         const std::string name =
-            fmt::format("{} {}{}, {} iteration{}", r.elements, r.law, r.graded ? ", graded" : "",
-                        r.iterations, r.iterations == 1 ? "" : "s");
+            fmt::format("{}, {} iteration{}", kind, r.iterations, r.iterations == 1 ? "" : "s");
         auto line = std::find_if(chart.lines.begin(), chart.lines.end(),
                                  [&](const auto& l) { return l.name == name; });
-        if (line == chart.lines.end()) line = chart.lines.insert(line, {name, {}, {}});
+        if (line == chart.lines.end()) line = chart.lines.insert(line, {name, {}, {}, kind});
         line->seconds.push_back(r.times.all.median);
         line->error.push_back(100 * r.rms / press);
     }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <string>
 
 #include "apps/plots/chart_parts.hpp"
@@ -156,9 +157,13 @@ void write_work_precision_picture(const std::filesystem::path& path,
             add_plot(chart, vtkChart::LINE, front);
             add_marks(chart, front, 22);
         }
-        for (std::size_t i = 0; i < c.lines.size(); ++i) {
-            const WorkPrecisionLine& l = c.lines[i];
-            ChartLine line{l.name, l.seconds, l.error, colours[i % std::size(colours)], 3};
+        std::map<std::string, std::size_t> groups;
+        for (const WorkPrecisionLine& l : c.lines) {
+            const auto [group, is_first] =
+                groups.emplace(l.group.empty() ? l.name : l.group, groups.size());
+            const look::Colour& colour = colours[group->second % std::size(colours)];
+            ChartLine line{l.name, l.seconds, l.error, colour, 3};
+            if (!is_first) line.pen = vtkPen::DOT_LINE;
             add_plot(chart, vtkChart::LINE, line);
             add_marks(chart, line, 14);
             for (std::size_t k = 0; k < l.seconds.size(); ++k) {

@@ -35,6 +35,8 @@ void write_frame_times_picture(const std::filesystem::path& path, std::span<cons
 struct WorkPrecisionLine {
     std::string name;
     std::vector<double> seconds, error;  ///< both above 0
+    /// Lines of a group have one colour, all but the first dotted; empty: a colour of its own.
+    std::string group{};
 };
 
 /// A chart of error against time, both logarithmic.
