@@ -61,10 +61,15 @@ std::vector<std::string> around(std::string_view text,
     return parts;
 }
 
-/// Makes every option of type FLOAT refuse NaN, which passes range checks as all comparisons with
-/// it fail.
-void refuse_no_numbers(CLI::App& app) {
-    for (CLI::Option* option : app.get_options())
+/// Makes every option refuse an empty text, which a script passes whose variable is not set, and
+/// each of type FLOAT refuse NaN, which passes range checks as all comparisons with it fail.
+void refuse_no_values(CLI::App& app) {
+    for (CLI::Option* option : app.get_options()) {
+        option->check(CLI::Validator(
+            [](std::string& text) {
+                return text.empty() ? "found an empty text, expected a value" : std::string();
+            },
+            ""));
         if (option->get_type_name().find("FLOAT") != std::string::npos)
             option->check(CLI::Validator(
                 [](std::string& text) {
@@ -73,7 +78,8 @@ void refuse_no_numbers(CLI::App& app) {
                                : std::string();
                 },
                 ""));
-    for (CLI::App* command : app.get_subcommands({})) refuse_no_numbers(*command);
+    }
+    for (CLI::App* command : app.get_subcommands({})) refuse_no_values(*command);
 }
 
 /// Rewrites an error of the parser as: option, found, expected.
@@ -213,7 +219,7 @@ int main(int argc, char** argv) {
     app.formatter(help_formatter());
     ExitStatus status;
     add_commands(app, status);
-    refuse_no_numbers(app);
+    refuse_no_values(app);
     try {
         run_command(app, argc, argv);
     } catch (const Interrupted& by) {

@@ -57,6 +57,17 @@ TEST(BadInput, AnAbsentLabelNamesThoseThatAreThere) {
     EXPECT_FALSE(std::filesystem::exists(folder / "out.h5"));
 }
 
+TEST(BadInput, AnEmptyTextOfAnUnsetVariableIsNoValue) {
+    const Folder folder;
+    write_image(folder / "labels.nii.gz", ball());
+    for (const char* option : {"--fix", "--labels", "--grade-scene", "--threshold"})
+        expect_refused(livetet(folder, fmt::format("mesh labels.nii.gz -o out.h5 {} ''", option)),
+                       {option, "empty text", "expected a value"});
+    for (const char* command : {"solve", "explain", "report", "track"})
+        expect_refused(livetet(folder, fmt::format("{} ''", command)), {"empty text"});
+    EXPECT_FALSE(std::filesystem::exists(folder / "out.h5"));
+}
+
 TEST(BadInput, AMeshWithoutTetsOrWithInvertedOnes) {
     const Folder folder;
     const std::string head =
