@@ -35,7 +35,8 @@ std::size_t store(const Slice& slice, std::span<const double> stored, int k,
                   const ValueAt& value_at, char* to) {
     const auto [slope, intercept] = slice.scale;
     const double range = std::ldexp(1.0, slice.format.stored),
-                 least = slice.format.is_signed ? -range / 2 : 0, most = least + range - 1;
+                 min_word = slice.format.is_signed ? -range / 2 : 0,
+                 max_word = min_word + range - 1;
     std::size_t clamped = 0;
     for (std::size_t n = 0; n < stored.size(); ++n) {
         const double value = value_at(k, n);
@@ -43,8 +44,8 @@ std::size_t store(const Slice& slice, std::span<const double> stored, int k,
         // Images are read as float.
         if (static_cast<double>(static_cast<float>(slope * word + intercept)) != value) {
             word = std::round((value - intercept) / slope);
-            clamped += word < least || word > most;
-            word = std::clamp(word, least, most);
+            clamped += word < min_word || word > max_word;
+            word = std::clamp(word, min_word, max_word);
         }
         const auto bits = static_cast<Word>(static_cast<std::int64_t>(word));  // two's complement
         std::memcpy(to + n * sizeof bits, &bits, sizeof bits);
@@ -182,10 +183,14 @@ DerivedSeries write_series(const fs::path& folder, const DicomName& source, cons
         if (!objects.front().is_segmentation())
             return packed(write_image_files(pending.path(), folder, objects, where, grid_of(image),
                                             value_at, derivation));
-        const std::vector<std::int32_t> labels(image.values.begin(), image.values.end());
-        return packed(write_derived_segmentation(pending.path(), folder, objects.front(),
-                                                 {image.size, image.ras_from_voxel, labels},
-                                                 derivation));
+        if constexpr (std::is_same_v<T, std::int32_t>)
+            return packed(write_derived_segmentation(pending.path(), folder, objects.front(), image,
+                                                     derivation));
+        else
+            fail(
+                "{}: is a segmentation, found interpolated grey values for its voxels, expected "
+                "labels (interpolation nearest)",
+                objects.front().file.string());
     });
     pending.commit();
     return derived_series(written);

@@ -16,7 +16,7 @@ struct DicomDerivation {
     std::string description;         ///< how they were computed; at most 1024 characters
     std::string series_description;  ///< at most 64 characters
     std::string version;             ///< of this program
-    /// Values of a slice come from at most as many slices away.
+    /// A slice takes values from source slices that are at most this many slices away.
     int slice_reach = 0;
 };
 
@@ -45,8 +45,8 @@ struct DerivedSeries {
 /// instances that differ in any element. Private elements, overlays, icons and signatures are left
 /// out.
 ///
-/// A segmentation is written as one, BINARY as its source must be: label n of a LabelImage is
-/// segment n.
+/// A segmentation is written as one, BINARY as its source must be, from a LabelImage alone: label n
+/// is segment n.
 ///
 /// Source and files are read and written in a child process (see through_gdcm). Throws Error if the
 /// source cannot be read, has another grid, or a file cannot be written.

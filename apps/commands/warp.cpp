@@ -79,7 +79,7 @@ void add_warp_command(CLI::App& app) {
             "--rind-mm", a->rind_mm,
             "thickness of the layer about the mesh that moves with it, as the organ in the image "
             "extends a little beyond the mesh (default: the longest side of a voxel)")
-        ->check(CLI::NonNegativeNumber);
+        ->check(CLI::Range(0.0, max_rind_mm));
     command->add_option("--inverse-field", a->inverse_field,
                         "write the field for resampling images, from deformed to rest (NIfTI "
                         "vectors, mm, LPS: ANTs, 3D Slicer, ITK)");

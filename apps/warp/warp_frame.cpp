@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <mutex>
 
 #include "apps/scene/outputs.hpp"
@@ -82,9 +83,8 @@ WarpSource read_source(const ResultReader& result, const fs::path& result_file,
         !(found->grid->size == volume.size &&
           found->grid->ras_from_voxel.isApprox(volume.ras_from_voxel, 1e-6)))
         fail(
-            "{}: has {} voxels in another place or of another number than the image that was "
-            "meshed, of {}; expected --image to "
-            "name the image to warp",
+            "{}: is not on the voxels of the image that was meshed: found {}, expected {} at the "
+            "same place; --image names another image to warp",
             source.file.string(), size_text(volume.size), size_text(found->grid->size));
     source.values =
         values_of(volume, source.file, found ? found->label_map : std::nullopt, a.interpolation);
@@ -95,9 +95,9 @@ WarpSource read_source(const ResultReader& result, const fs::path& result_file,
     return source;
 }
 
-/// Throws Error if the grid contains none of these nodes; returns a note of how many it lacks. A
-/// smoothed surface bulges a little over the faces of the image's outermost voxels: those nodes are
-/// not missed. `what`: names them.
+/// Throws Error if the grid contains none of these nodes; returns a note of how many lie outside. A
+/// smoothed surface bulges a little over the faces of the image's outermost voxels: those nodes do
+/// not count. `what`: names the nodes.
 std::string check_place(const ImageGrid& grid, std::span<const Vector3> nodes, const char* what,
                         const fs::path& file) {
     const Eigen::Affine3d voxel_from_ras(Eigen::Matrix4d(grid.ras_from_voxel.inverse()));
@@ -162,17 +162,19 @@ double default_empty(const AnyImage& values) {
     return grey ? *std::min_element(grey->values.begin(), grey->values.end()) : 0;
 }
 
+constexpr std::int32_t max_label = std::numeric_limits<std::int32_t>::max();
+
 constexpr const char* interpolation_names[] = {"nearest neighbour", "linear", "cubic"};
 
 #ifdef LIVETET_IMAGES
-/// Slices of the image over which the body moves at most, and those that interpolation needs.
+/// Over how many slices the body moves at most, plus those that interpolation needs.
 int slice_reach(const WarpSource& source, const BodyMotion& motion) {
     const Eigen::Vector3d slices_from_metres =
         source.grid().ras_from_voxel.inverse().row(2).head<3>().transpose();
-    double most = 0;
+    double max_slices = 0;
     for (const Vector3& u : differences(motion.rest, motion.deformed))
-        most = std::max(most, std::abs(slices_from_metres.dot(u)));
-    return static_cast<int>(std::ceil(std::min(most, 1e6))) +
+        max_slices = std::max(max_slices, std::abs(slices_from_metres.dot(u)));
+    return static_cast<int>(std::ceil(std::min(max_slices, 1e6))) +
            (source.how == Interpolation::cubic ? 2 : 1);
 }
 
@@ -189,7 +191,7 @@ DicomDerivation derivation_of(const WarpInput& input, std::size_t frame, double 
 }
 #endif
 
-/// One frame on its way to its files.
+/// Warps one frame and writes its files.
 class FrameWriter {
   public:
     FrameWriter(const WarpInput& input, const WarpJob& job, const WarpArguments& a,
@@ -202,9 +204,9 @@ class FrameWriter {
     void write_image() {
         const WarpSource& source = *input_.source();
         const bool labels = std::holds_alternative<LabelImage>(source.values);
-        if (labels && empty_ != std::floor(empty_))
-            fail("--empty {}: found a fraction, expected a label, for {} is a label map", empty_,
-                 source.file.string());
+        if (labels && (empty_ != std::floor(empty_) || std::abs(empty_) > max_label))
+            fail("--empty {}: expected a label, a whole number up to {}, for {} is a label map",
+                 empty_, max_label, source.file.string());
         WarpCounts counts;
         Stopwatch watch;
         const AnyImage image = std::visit(

@@ -55,7 +55,7 @@ class WarpInput {
     std::string note_;
 };
 
-/// What became of a frame: the figures, and the same as text.
+/// Result of warping a frame: the figures, and the same as text.
 struct WarpedFrame {
     nlohmann::json figures;
     std::string text;

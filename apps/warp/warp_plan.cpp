@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
+#include <string_view>
 
 #include "apps/scene/outputs.hpp"
 #include "apps/warp/output_name.hpp"
@@ -20,6 +22,13 @@ namespace livetet {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// What can be checked of the numbers before anything is read.
+void check_numbers(const WarpArguments& a) {
+    if (a.empty && !std::isfinite(*a.empty)) fail("--empty {}: expected a finite number", *a.empty);
+    if (a.rind_mm && !(*a.rind_mm >= 0 && *a.rind_mm <= max_rind_mm))
+        fail("--rind-mm {}: expected 0 to {:g} mm", *a.rind_mm, max_rind_mm);
+}
 
 /// The endings of outputs, before anything is read.
 void check_endings(const WarpArguments& a) {
@@ -63,8 +72,8 @@ std::vector<std::size_t> frames_of(const fs::path& file, const std::vector<doubl
     }
     if (!a.time_s) return {times.size() - 1};
     if (!(*a.time_s >= times.front() && *a.time_s <= times.back()))
-        fail("{}: its frames are from {} to {} s, found --time {}", where, times.front(),
-             times.back(), *a.time_s);
+        fail("{}: found --time {}, expected {} to {} s", where, *a.time_s, times.front(),
+             times.back());
     const auto after = std::lower_bound(times.begin(), times.end(), *a.time_s) - times.begin();
     return {static_cast<std::size_t>(
         after > 0 && *a.time_s - times[after - 1] <= times[after] - *a.time_s ? after - 1 : after)};
@@ -92,10 +101,15 @@ void check_warp_outputs(const WarpArguments& a, const std::vector<WarpJob>& jobs
         refuse_to_overwrite(option, path, read);
         std::error_code ignored;
         const std::string name = fs::weakly_canonical(path, ignored).string();
-        if (const auto [other, is_new] = options.emplace(name, option); !is_new)
-            fail("{} and {}: both name {}, expected two files{}", other->second, option,
-                 path.string(),
-                 jobs.size() > 1 ? ", by {frame}, {result} or {folder} in the name" : "");
+        if (const auto [other, is_new] = options.emplace(name, option); !is_new) {
+            if (std::string_view(other->second) == option)
+                fail(
+                    "{} {}: found one name for {}, expected {{frame}}, {{result}} or {{folder}} in "
+                    "it",
+                    option, path.string(), counted(jobs.size(), "frame"));
+            fail("{} and {}: both name {}, expected two files", other->second, option,
+                 path.string());
+        }
         if (&path != &a.json && is_series_folder(path))
             (void)PendingFolder(path);
         else
@@ -116,6 +130,7 @@ bool is_series_folder(const fs::path& output) {
 }
 
 std::vector<WarpJob> plan_warp(const WarpArguments& a) {
+    check_numbers(a);
     check_endings(a);
     std::vector<WarpJob> jobs;
     for (std::size_t n = 0; n < a.results.size(); ++n) {

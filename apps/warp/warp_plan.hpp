@@ -22,6 +22,9 @@ struct WarpArguments {
     int threads = 0;
 };
 
+/// Largest thickness of the layer about the body that moves with it.
+inline constexpr double max_rind_mm = 1000;
+
 /// By the name that users give.
 inline const std::map<std::string, Interpolation> interpolations{
     {"nearest", Interpolation::nearest},
@@ -45,9 +48,9 @@ struct WarpJob {
 /// extension.
 bool is_series_folder(const std::filesystem::path& output);
 
-/// What is written, result by result. Throws Error, before anything is written, if a result cannot
-/// be read or has no such frame, or if two outputs have one name, an output is read, has no known
-/// ending or cannot be written.
+/// What is written, result by result. Throws Error, before anything is written, if a number is out
+/// of its range, a result cannot be read or has no such frame, or if two outputs have one name, an
+/// output is read, has no known ending or cannot be written.
 std::vector<WarpJob> plan_warp(const WarpArguments& arguments);
 
 }  // namespace livetet

@@ -149,6 +149,15 @@ TEST(DicomDerived, ASegmentationIsWrittenAsOne) {
     ASSERT_EQ(std::count(labels.values.begin(), labels.values.end(), 2), 2);
     fs::create_directories(folder / "out");
     write_dicom_series(folder / "out", {folder / "seg.dcm", {}}, labels, derivation);
+    // Interpolated labels would shrink segments, or turn one into another.
+    const GreyImage grey{
+        labels.size, labels.ras_from_voxel, {labels.values.begin(), labels.values.end()}};
+    EXPECT_TRUE(
+        says(error_of([&] {
+                 write_dicom_series(folder / "grey", {folder / "seg.dcm", {}}, grey, derivation);
+             }),
+             {"seg.dcm", "is a segmentation", "expected labels"}));
+    EXPECT_FALSE(fs::exists(folder / "grey"));
     const Volume again = read_volume(folder / "out");
     EXPECT_EQ(again.label_names.at(2), "Tumour");
     const LabelImage read = read_label_image(folder / "out");

@@ -279,7 +279,7 @@ TEST(BadInput, WordsForNumbers) {
     expect_refused(livetet(folder, "warp result.h5 -o out.nii.gz --time then"),
                    {"--time: found then, expected a number"});
     expect_refused(livetet(folder, "warp result.h5 -o out.nii.gz --rind-mm -1"),
-                   {"--rind-mm: found -1, expected 0 or a positive number"});
+                   {"--rind-mm: found -1, expected 0 to 1000"});
     expect_refused(livetet(folder, "view result.h5 --record v.ogv --rate 1000"),
                    {"--rate: found 1000, expected 1 to 100"});
     expect_refused(livetet(folder, "view result.h5 --record v.ogv --rate nan"),

@@ -72,7 +72,7 @@ TEST(WarpBatch, TheFirstErrorNamesItsFile) {
             EXPECT_FALSE(entry.path().filename().string().starts_with("out")) << entry.path();
     };
     // Known before anything is written.
-    refused("result.h5 --frames 1:5 -o out.nii.gz", {"out.nii.gz", "two files", "{frame}"});
+    refused("result.h5 --frames 1:5 -o out.nii.gz", {"out.nii.gz", "5 frames", "{frame}"});
     refused("result.h5 nowhere.h5 -o out_{result}.nii.gz", {"nowhere.h5"});
     refused("result.h5 --frames 4:6 -o out_{frame}.nii.gz",
             {"result.h5", "5 frames", "--frames 4:6", "1 to 5"});

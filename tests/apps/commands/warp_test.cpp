@@ -220,6 +220,11 @@ TEST(Warp, BadInputIsOneLineAndNothingIsWritten) {
     refused("result.h5 -o out.nii.gz --frame -1", {"--frame -1", "1 to 2"});
     refused("result.h5 -o labels.nii.gz", {"labels.nii.gz", "is read"});
     refused("result.h5 -o out.nii.gz --time 11.5", {"result.h5", "10 to 11 s", "11.5"});
+    refused("result.h5 -o out.nii.gz --frames 1,2", {"out.nii.gz", "2 frames", "{frame}"});
+    refused("result.h5 -o out.nii.gz --rind-mm 1e6", {"--rind-mm", "1000"});
+    refused("result.h5 -o out.nii.gz --empty inf", {"--empty inf", "finite"});
+    refused("result.h5 -o out.nii.gz --empty 1e30", {"--empty 1e+30", "label", "2147483647"});
+    refused("result.h5 -o out.nii.gz --image ''", {"--image", "empty text"});
     refused("result.h5 -o out.png", {"out.png", "'.png'", ".nii"});
     refused("empty.h5 -o out.nii.gz", {"empty.h5", "no frame"});
     refused("nowhere.h5 -o out.nii.gz", {"nowhere.h5"});
@@ -239,7 +244,7 @@ TEST(Warp, BadInputIsOneLineAndNothingIsWritten) {
             {"far.nii.gz", "another place", "(0.00, 0.00, 0.00) mm to (60.00, 50.00, 40.00) mm"});
     refused("result.h5 -o out.nii.gz --grid far.nii.gz", {"far.nii.gz", "another place"});
     write_image(block.folder / "labels.nii.gz", image);
-    refused("result.h5 -o out.nii.gz", {"labels.nii.gz", "another place", "--image"});
+    refused("result.h5 -o out.nii.gz", {"labels.nii.gz", "same place", "--image"});
 
     // A result whose mesh is gone.
     const std::string text = text_of(block.folder / "result.h5");
