@@ -43,11 +43,12 @@ std::vector<SegmentFrame> frames_of(const LabelImage& labels, const Object& sour
     std::vector<SegmentFrame> frames;
     for (const auto& [label, k] : found) {
         if (!numbers.contains(label))
-            fail("{}: has no segment {}, which a voxel would have", source.file.string(), label);
+            fail("{}: has no segment {}, found a voxel with that label to write",
+                 source.file.string(), label);
         frames.push_back({label, k});
     }
     if (frames.empty())
-        fail("{}: no voxel of its segments is left, expected one in its grid at least",
+        fail("{}: no voxel of its segments is left in its grid, expected at least one",
              source.file.string());
     return frames;
 }

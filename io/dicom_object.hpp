@@ -41,9 +41,9 @@ struct Object {
     std::string name(int frame) const;
 };
 
-/// Reads a file's header. Nothing if it is no DICOM file or holds no image, such as a report, a
-/// list of contours or a DICOMDIR. Throws Error if it is damaged or has sizes that are not
-/// possible.
+/// Reads a file's header. Returns nothing if it is no DICOM file or holds no image, such as a
+/// report, a list of contours or a DICOMDIR. Throws Error if it is damaged or has sizes that are
+/// not possible.
 std::optional<Object> read_object(const std::filesystem::path& file);
 
 /// The UID of a file's series, also of one that read_object refuses; empty if it cannot be found.
@@ -52,7 +52,7 @@ std::string series_uid_of(const std::filesystem::path& file);
 /// The format of the pixels. Throws Error for colours and formats that are not read.
 PixelFormat pixel_format(const Object& object);
 
-/// One of each for a frame. Segments are counted as in the file.
+/// Position, scale and segment of each frame. Segments have the numbers of the file.
 struct Frames {
     std::vector<Plane> planes;
     std::vector<Scale> scales;

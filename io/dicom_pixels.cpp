@@ -159,8 +159,8 @@ ScalarType type_for(std::span<const PixelFormat> formats, std::span<const Scale>
             return ScalarType::float32;
         const PixelFormat& format = formats[n];
         const double range = std::ldexp(1.0, format.stored),
-                     least = format.is_signed ? -range / 2 : 0;
-        for (const double stored : {least, least + range - 1}) {
+                     min_stored = format.is_signed ? -range / 2 : 0;
+        for (const double stored : {min_stored, min_stored + range - 1}) {
             low = std::min(low, slope * stored + intercept);
             high = std::max(high, slope * stored + intercept);
         }

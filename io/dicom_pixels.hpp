@@ -26,7 +26,7 @@ class Pixels {
 };
 
 /// The smallest type of 8 to 32 bits that holds every value that pixels of these formats and scales
-/// can have; float if a value may be no integer, or larger.
+/// (one of each for a slice) can have; float if a value may be no integer, or larger.
 ScalarType type_for(std::span<const PixelFormat> formats, std::span<const Scale> scales);
 
 /// Appends slope * value + intercept to the voxels of `type`.

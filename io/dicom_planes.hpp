@@ -46,7 +46,7 @@ Stack stack_image(std::span<const Plane> planes, const std::string& where);
 
 /// Stacks the frames of a segmentation: several may lie at one position, and slices without a
 /// segment may be missing. The step is the Spacing Between Slices that the planes state, or the
-/// smallest between two frames, whichever is smaller.
+/// smallest gap between two frames, whichever is smaller.
 Stack stack_segmentation(std::span<const Plane> planes, const std::string& where);
 
 }  // namespace livetet::dicom

@@ -53,7 +53,7 @@ std::string list_of(const Names& names) {
 /// The segment that a word of a choice names: its number, or its name in any case.
 std::int32_t segment_of(const std::string& word, const Names& names, const std::string& where) {
     if (word.empty())
-        fail("{}: a segment is missing in the choice (after the '#'), expected of {}", where,
+        fail("{}: a segment is missing in the choice (after the '#'), expected some of {}", where,
              list_of(names));
     const auto number = parse_index(word);
     Names matching = names;
@@ -62,7 +62,7 @@ std::int32_t segment_of(const std::string& word, const Names& names, const std::
                       : lower(segment.second) != lower(shown(word));
     });
     if (matching.empty())
-        fail("{}: has no segment '{}' (after the '#'), expected of {}", where, shown(word),
+        fail("{}: has no segment '{}' (after the '#'), expected some of {}", where, shown(word),
              list_of(names));
     if (matching.size() > 1)
         fail("{}: has {} segments '{}', choose by number: {}", where, matching.size(), shown(word),
@@ -94,7 +94,7 @@ class LabelWriter {
         : slice_(static_cast<std::size_t>(grid.size[0]) * grid.size[1]),
           labels_(slice_ * grid.size[2]) {}
 
-    /// Sets the voxels of a slice to label_of(n) for pixel n, but where that is 0.
+    /// Sets the voxels of a slice to label_of(n) for pixel n, except where that is 0.
     template <class LabelOf>
     void add(int slice, const LabelOf& label_of) {
         std::uint16_t* to = labels_.data() + slice * slice_;

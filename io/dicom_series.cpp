@@ -16,7 +16,7 @@ using Series = std::vector<Object>;
 
 constexpr std::size_t max_listed = 20;
 
-/// The files of a folder but for hidden ones, such as the `._IM0001.dcm` of macOS.
+/// The files of a folder except hidden ones, such as the `._IM0001.dcm` of macOS.
 std::vector<fs::path> files_of(const fs::path& folder) {
     std::vector<fs::path> files;
     std::error_code error;
@@ -30,7 +30,7 @@ std::vector<fs::path> files_of(const fs::path& folder) {
     return files;
 }
 
-/// The series of a folder, by UID, and why a series that is not in order cannot be read.
+/// The series of a folder, by UID, and for each that cannot be read the reason.
 struct Folder {
     std::map<std::string, Series> series;
     std::map<std::string, std::string> faults;
@@ -41,8 +41,8 @@ struct Folder {
     }
 };
 
-/// Reads the headers of a folder's files. Files that are none of DICOM and series without an image
-/// are passed over. Throws Error for a damaged file if it does not say which series it is of.
+/// Reads the headers of a folder's files. Files that are not DICOM and series without an image are
+/// passed over. Throws Error for a damaged file that does not say which series it belongs to.
 Folder folder_at(const fs::path& place) {
     Folder folder;
     std::map<std::string, fs::path> other_files;

@@ -8,8 +8,8 @@
 
 namespace livetet {
 
-/// Reads a DICOM series, multi-frame image or segmentation through GDCM, in a child process, which
-/// damaged files can do no harm beyond. Values are scaled to the units of the file, such as
+/// Reads a DICOM series, multi-frame image or segmentation through GDCM, in a child process: a
+/// damaged file can harm that process alone. Values are scaled to the units of the file, such as
 /// Hounsfield units. Throws Error as `read_grey_image` does.
 Volume read_dicom_volume(const DicomName& name);
 
