@@ -38,6 +38,7 @@ class Body : public Closable {
 
     void prescribe(const IntArray& nodes, const DoubleArray& values,
                    const std::string& components) {
+        if (components.empty()) fail("components: found none, expected some of x, y, z");
         std::uint8_t which = 0;
         for (const char c : components) {
             if (c < 'x' || c > 'z') fail("components = {}: expected some of x, y, z", components);

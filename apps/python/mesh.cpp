@@ -80,6 +80,8 @@ Mesh load(const py::object& path, const py::object& progress, const py::dict& ke
 
 void save(const Mesh& mesh, const py::object& path) {
     const std::string name = path_of(path);
+    if (ending(name) != ".h5")
+        fail("path = {}: the name ends in '{}', expected .h5", name, ending(name));
     in_engine([&] {
         write_hierarchy(name,
                         mesh.hierarchy ? *mesh.hierarchy : make_hierarchy({*mesh.mesh}, "a mesh"));
@@ -139,12 +141,8 @@ void bind_sampler(py::module_& module) {
             "Distance of each point from the mesh, m; 0 inside. A copy.");
 }
 
-}  // namespace
-
-namespace {
-
-/// What a table of keys may hold beside JSON's types, as one of these: arrays and numbers of numpy,
-/// and paths. Throws Error for anything else.
+/// Converts a value that JSON has no type for: arrays and numbers of numpy, and paths. Throws Error
+/// for anything else.
 py::object plain_value(const py::object& value) {
     if (py::hasattr(value, "tolist")) return value.attr("tolist")();
     if (py::hasattr(value, "__fspath__")) return py::str(path_of(value));

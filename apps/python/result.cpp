@@ -80,9 +80,12 @@ py::dict targets(const Result& result, py::ssize_t k) {
                    result.statements->names());
 }
 
-/// The files of a warp: None, or a path.
-std::filesystem::path optional_path(const py::object& path) {
-    return path.is_none() ? std::filesystem::path{} : std::filesystem::path(path_of(path));
+/// A file of a warp: a path, or empty for None. Throws Error, naming it, for an empty text.
+std::filesystem::path optional_path(const py::object& path, const char* name) {
+    if (path.is_none()) return {};
+    const std::string text = path_of(path);
+    if (text.empty()) fail("{}: found an empty text, expected a path or None", name);
+    return text;
 }
 
 std::optional<Interpolation> interpolation_of(const std::optional<std::string>& name) {
@@ -93,7 +96,7 @@ std::optional<Interpolation> interpolation_of(const std::optional<std::string>& 
     return at->second;
 }
 
-/// Warps by the arguments but for the frames, which the text of `livetet warp --frames` names.
+/// Warps `frames`, counted from 0, as the other arguments say. Returns the figures of each.
 py::list warp_frames(const Result& result, WarpArguments arguments,
                      const std::vector<py::ssize_t>& frames, const py::object& progress) {
     std::vector<std::size_t> numbers;
@@ -122,8 +125,9 @@ py::object warp(const Result& result, const py::object& output,
                 const py::object& forward_field, const py::object& registration,
                 const std::optional<std::string>& interpolation, std::optional<double> empty,
                 std::optional<double> rind_mm, int threads, const py::object& progress) {
-    if (rind_mm && !(std::isfinite(*rind_mm) && *rind_mm >= 0))
-        fail("rind_mm: found {}, expected a finite number of 0 or more", *rind_mm);
+    if (rind_mm && !(*rind_mm >= 0 && *rind_mm <= max_rind_mm))
+        fail("rind_mm: found {}, expected 0 to {:g}", *rind_mm, max_rind_mm);
+    if (empty && !std::isfinite(*empty)) fail("empty: found {}, expected a finite number", *empty);
     if (output.is_none() && inverse_field.is_none() && forward_field.is_none() &&
         registration.is_none())
         fail(
@@ -132,12 +136,12 @@ py::object warp(const Result& result, const py::object& output,
     if (threads < 0 || threads > 64) fail("threads: found {}, expected 0 to 64", threads);
     WarpArguments a;
     a.results = {result.file};
-    a.output = optional_path(output);
-    a.image = optional_path(image);
-    a.grid = optional_path(grid);
-    a.inverse_field = optional_path(inverse_field);
-    a.forward_field = optional_path(forward_field);
-    a.registration = optional_path(registration);
+    a.output = optional_path(output, "output");
+    a.image = optional_path(image, "image");
+    a.grid = optional_path(grid, "grid");
+    a.inverse_field = optional_path(inverse_field, "inverse_field");
+    a.forward_field = optional_path(forward_field, "forward_field");
+    a.registration = optional_path(registration, "registration");
     a.interpolation = interpolation_of(interpolation);
     a.empty = empty;
     a.rind_mm = rind_mm;

@@ -42,7 +42,7 @@ py::object python_of(const YAML::Node& node) {
     return py::str(text);
 }
 
-/// What a solve came to; PETSc's objects are gone.
+/// Result of a solve, without PETSc's objects.
 struct Solution {
     SolvedScene solved;
     Mesh mesh;
@@ -110,7 +110,7 @@ py::dict forces(const Solution& s) {
 }
 
 void bind_solution(py::module_& module) {
-    py::class_<Solution>(module, "Solution", "What a solve of a scene came to.")
+    py::class_<Solution>(module, "Solution", "Result of a solve of a scene.")
         .def_readonly("mesh", &Solution::mesh, "The mesh, with ten-node tets' midpoints.")
         .def_property_readonly(
             "displacement",
@@ -153,7 +153,7 @@ py::object python_of_json(const std::string& text) {
 void bind_scene(py::module_& module) {
     module.attr("NotConverged") = py::reinterpret_steal<py::object>(PyErr_NewExceptionWithDoc(
         "livetet.NotConverged",
-        "A solve did not converge; `solution` has what was reached, and the text why.",
+        "A solve did not converge: the message says why, `solution` is the last state.",
         PyExc_RuntimeError, nullptr));
     bind_solution(module);
     py::class_<PyScene>(module, "Scene",

@@ -1,5 +1,6 @@
 #include <pybind11/stl.h>
 
+#include <cmath>
 #include <optional>
 
 #include "apps/live/track_inputs.hpp"
@@ -109,6 +110,7 @@ class PyTrackedBody : public Closable {
     }
     /// A sample of poses by tool.
     const TrackerSample& sample_of(const py::dict& poses, double time_s) {
+        if (!std::isfinite(time_s)) fail("time: found {}, expected a finite number of s", time_s);
         sample_.time_s = time_s;
         std::size_t used = 0;
         for (std::size_t i = 0; i < tools.size(); ++i) {
@@ -168,7 +170,7 @@ py::list sensors_of(const PyFrame& frame) {
 }
 
 void bind_frame(py::module_& module) {
-    py::class_<PyFrame>(module, "Frame", "What a step of the tracked body came to.")
+    py::class_<PyFrame>(module, "Frame", "Result of a step of the tracked body.")
         .def_readonly("displacement", &PyFrame::displacement,
                       "Of each node (n, 3), m: a view of the body's own numbers, which the next "
                       "step overwrites; copy() keeps it.")

@@ -105,6 +105,8 @@ class Errors(InFolder):
         for good in ([40], np.array([40], np.uint8), np.array([40, 1, 41, 1], np.int32)[::2]):
             with self.subTest(good=good):
                 body.prescribe(good, np.tile(push, (len(good), 1)))
+        with self.assertRaisesRegex(livetet.Error, "components.*none"):
+            body.prescribe([40], push, components="")
         body.prescribe([], np.empty((0, 3)))
         body.solve()
         np.testing.assert_allclose(body.displacement[[40, 41]], np.tile(push, (2, 1)))
@@ -161,6 +163,8 @@ class Arrays(InFolder):
         fixed = np.flatnonzero(mesh.points[:, 0] == 0)
         mesh = livetet.Mesh(mesh.points, mesh.tets, node_sets={"fixed": fixed},
                             coarser=mesh.levels[1:])
+        with self.assertRaisesRegex(livetet.Error, "'.txt', expected .h5"):
+            mesh.save(self.folder / "box.txt")
         mesh.save(self.folder / "box.h5")
         again = livetet.load_mesh(self.folder / "box.h5")
         np.testing.assert_array_equal(again.points, mesh.points)

@@ -79,6 +79,8 @@ class Tracked(InFolder):
             body.step({"Stylus": np.eye(4)}, 0.0)
         with self.assertRaisesRegex(livetet.Error, r"poses\[Sensor\]: expected"):
             body.step({"Sensor": np.eye(3)}, 0.0)
+        with self.assertRaisesRegex(livetet.Error, "time: found nan"):
+            body.step({"Sensor": np.eye(4)}, float("nan"))
         with self.assertRaisesRegex(livetet.Error, "track is missing"):
             livetet.TrackedBody(livetet.Scene(self.beam(), self.folder))
         with self.assertRaises(livetet.Error):
