@@ -123,8 +123,8 @@ void write_frame_times_picture(const std::filesystem::path& path, std::span<cons
     for (int b = 0; b < bins; ++b) counts.x[b] = (b + 0.5) * widest / bins;
     for (const double t : times.y)
         ++counts.y[std::clamp(static_cast<int>(t / widest * bins), 0, bins - 1)];
-    const auto histogram = make_chart(out.scene(), "How many took how long",
-                                      {look::width - 480.F, 10, 470, look::height - 20});
+    const auto histogram =
+        make_chart(out.scene(), "Distribution", {look::width - 480.F, 10, 470, look::height - 20});
     add_plot(histogram, vtkChart::BAR, counts);
     if (seen > 0)
         add_plot(histogram, vtkChart::LINE,

@@ -213,10 +213,11 @@ std::vector<std::string> verdicts(const Report& report) {
 }
 
 std::string sensor_text(const ReportSensor& s) {
-    return fmt::format(
-        "a patch of {:g} mm follows {}, {}", s.patch_radius_mm,
-        s.turns ? "its way and turn" : "its way alone",
-        s.stiffness_N_per_m ? fmt::format("softly, by {:g} N/m", *s.stiffness_N_per_m) : "exactly");
+    return fmt::format("a patch of {:g} mm radius follows its {}, {}", s.patch_radius_mm,
+                       s.turns ? "translation and rotation" : "translation",
+                       s.stiffness_N_per_m
+                           ? fmt::format("by springs of {:g} N/m", *s.stiffness_N_per_m)
+                           : "rigidly");
 }
 
 std::string report_text(const Report& report) {

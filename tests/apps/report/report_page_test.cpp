@@ -94,7 +94,7 @@ TEST(ReportPage, HoldsTheFiguresOfTheJson) {
     EXPECT_TRUE(has_row(page, "FRE (RMS of the residuals)|0.28"));
     EXPECT_TRUE(has_row(page, "placing|2 frames"));
     EXPECT_TRUE(has_row(page, "following|3 frames"));
-    EXPECT_TRUE(has_row(page, "Tip|a patch of 12 mm follows its way alone, exactly"));
+    EXPECT_TRUE(has_row(page, "Tip|a patch of 12 mm radius follows its translation, rigidly"));
     EXPECT_TRUE(has_row(page, "mesh|48 tets, 27 nodes, 3 levels"));
     EXPECT_TRUE(has_row(page, "coarse levels|2 of them, assembled with their own rotations"));
     EXPECT_NE(page.find("run by livetet 0.0.7"), std::string::npos);
