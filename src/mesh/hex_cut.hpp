@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "geometry/triangle_mesh.hpp"
-#include "mesh/hex_grid.hpp"
+#include "mesh/link_crossings.hpp"
 
 /// Cuts of grids of hexahedra: a link between two neighbours breaks where the segment from one
 /// cell's centre to the other's crosses the cutting surface. A node is doubled where the links
@@ -32,20 +32,6 @@ struct PlanePatch {
 /// Triangles cut on both sides alike: their winding does not matter.
 using CutSurface = std::variant<PlanePatch, TriangleMesh>;
 
-/// Where a grid lies: the cell at place p reaches from `corner` + `axes` p by the columns of
-/// `axes`, the edges of a cell, m.
-struct GridFrame {
-    Vector3 corner = Vector3::Zero();
-    Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
-
-    Vector3 centre(const HexPlace& place) const {
-        return corner + axes * (Vector3(place[0], place[1], place[2]) + Vector3::Constant(0.5));
-    }
-};
-
-/// The frame of a mesh's grid; `level` is its `hex_level_of`.
-GridFrame grid_frame(const TetMesh& mesh, const HexLevel& level);
-
 /// For each link whether the surface crosses it. A surface without holes leaves none: each centre
 /// is on one side of it. A centre exactly on the surface counts as on one side, too: that of a
 /// plane's normal; of triangles as if the centre was moved by (e, e^2, e^3) along the grid's axes
@@ -55,12 +41,24 @@ GridFrame grid_frame(const TetMesh& mesh, const HexLevel& level);
 std::vector<std::uint8_t> crossed_links(const HexLevel& level, const GridFrame& frame,
                                         const CutSurface& surface, const std::string& where);
 
-/// The mesh of `level` without the links that are `cut` (one entry a link). Cells keep their
+/// A grid with links removed.
+struct OpenedGrid {
+    TetMesh mesh;
+    std::vector<std::int32_t> originals{};  ///< of each node that was added: what it is a copy of
+};
+
+/// The mesh without the links of `level` that are `cut` (one entry a link). Cells keep their
 /// numbers. A node keeps its number for the first of its cells; the copies that other cells take
 /// follow after all nodes, at the same place. Node sets take all copies; triangles of a set take
-/// the nodes of the cell that they bound.
-TetMesh without_links(const TetMesh& mesh, const HexLevel& level,
+/// the nodes of the cell that they bound. `level` has the mesh's cells, and may have links that the
+/// mesh has no more, if they are cut: so a mesh is opened further, cut by cut.
+OpenedGrid open_links(const TetMesh& mesh, const HexLevel& level,
                       std::span<const std::uint8_t> cut);
+/// Its mesh.
+inline TetMesh without_links(const TetMesh& mesh, const HexLevel& level,
+                             std::span<const std::uint8_t> cut) {
+    return open_links(mesh, level, cut).mesh;
+}
 
 /// A connected part of a grid.
 struct GridPiece {

@@ -356,5 +356,50 @@ TEST(HexCut, CoarseLevelsKeepTheLipsOfACutApart) {
     }
 }
 
+/// Cut by cut, with the links of the whole grid: numbers stay, copies are appended, and in the end
+/// the same corners are one node as in one cut.
+TEST(HexCut, AGridOpenedStepByStepEndsAsOneOpenedAtOnce) {
+    const TetMesh whole = test::hex_grid({6, 6, 4}, {6, 6, 4});
+    const HexLevel level = hex_level_of(whole, "grid");
+    const GridFrame frame = grid_frame(whole, level);
+    std::mt19937 random(11);
+    std::vector<std::uint8_t> cut(level.links.size(), 0);
+    OpenedGrid now{whole};
+    for (int step = 0; step < 6; ++step) {
+        const TriangleMesh surface = height_field(
+            2.5,
+            [&](double x, double y) {
+                return x + y < 3.0 * step ? 1 + 2 * std::sin(x) + 0.1 * y : -9.0;
+            },
+            random);
+        const auto crossed = crossed_links(level, frame, surface, "cut");
+        for (std::size_t l = 0; l < cut.size(); ++l) cut[l] |= crossed[l];
+        const TetMesh before = now.mesh;
+        now = open_links(before, level, cut);
+        check_tet_mesh(now.mesh, "opened");
+        ASSERT_EQ(now.mesh.nodes.size(), before.nodes.size() + now.originals.size());
+        for (std::size_t k = 0; k < now.originals.size(); ++k) {
+            ASSERT_LT(now.originals[k], static_cast<std::int32_t>(before.nodes.size()));
+            EXPECT_EQ(now.mesh.nodes[before.nodes.size() + k], before.nodes[now.originals[k]]);
+        }
+        for (std::size_t e = 0; e < before.hexahedra.size(); ++e)
+            for (int c = 0; c < 8; ++c) {
+                const std::int32_t n = now.mesh.hexahedra[e][c],
+                                   old = static_cast<std::int32_t>(before.nodes.size());
+                EXPECT_EQ(n < old ? n : now.originals[n - old], before.hexahedra[e][c]);
+            }
+    }
+    const TetMesh at_once = without_links(whole, level, cut);
+    ASSERT_GT(at_once.nodes.size(), whole.nodes.size() + 10);
+    ASSERT_EQ(now.mesh.nodes.size(), at_once.nodes.size());
+    std::map<std::int32_t, std::int32_t> same;
+    for (std::size_t e = 0; e < whole.hexahedra.size(); ++e)
+        for (int c = 0; c < 8; ++c)
+            EXPECT_EQ(
+                same.try_emplace(now.mesh.hexahedra[e][c], at_once.hexahedra[e][c]).first->second,
+                at_once.hexahedra[e][c]);
+    EXPECT_EQ(same.size(), at_once.nodes.size());
+}
+
 }  // namespace
 }  // namespace livetet
