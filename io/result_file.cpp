@@ -1,5 +1,6 @@
 #include "io/result_file.hpp"
 
+#include <array>
 #include <cmath>
 #include <tuple>
 
@@ -21,6 +22,23 @@ constexpr int result_version = 1;
 constexpr std::size_t room_beside = 4 << 20;
 constexpr std::size_t max_rows_waiting = 64;  // rows
 
+constexpr const char* first_mesh_group = "mesh";
+/// Of each mesh of `set_mesh`: number of the first frame that has it, and of its nodes.
+constexpr const char* later_meshes = "later_meshes";
+std::string later_group(std::size_t number) { return fmt::format("meshes/{:06}", number); }
+
+/// Throws Error unless a mesh continues one of `first` nodes with copies of nodes.
+void check_originals(const TetMesh& mesh, std::size_t first,
+                     std::span<const std::int32_t> originals, const std::string& where) {
+    if (mesh.nodes.size() != first + originals.size())
+        fail("{}: has {} nodes, expected the {} of the first mesh and {} copies", where,
+             mesh.nodes.size(), first, originals.size());
+    for (std::size_t k = 0; k < originals.size(); ++k)
+        if (originals[k] < 0 || originals[k] >= static_cast<std::int64_t>(first + k))
+            fail("{}: node {} is a copy of node {}, expected one with a lower number", where,
+                 first + k, originals[k]);
+}
+
 /// One table for each frame: every XDMF reader supports that, but not slabs of a larger table.
 std::string frame_table(std::size_t k) { return fmt::format("displacement/{:06}", k); }
 std::string field_table(const std::string& name, std::size_t k) {
@@ -35,6 +53,7 @@ ResultWriter::ResultWriter(const fs::path& path, const TetMesh& mesh, const std:
       nodes_(mesh.nodes.size()),
       tets_(mesh.tets.size()),
       hexahedra_(mesh.hexahedra.size()),
+      first_nodes_(nodes_),
       regions_(!mesh.regions.empty()),
       quadratic_(!mesh.edge_nodes.empty()),
       precision_(precision) {
@@ -49,8 +68,30 @@ ResultWriter::ResultWriter(const fs::path& path, const TetMesh& mesh, const std:
         fail("{}: no room on the disk for the mesh", path.string());
     hdf5::write_format(*file_, result_format, result_version);
     file_->write_text("scene", scene_text);
-    write_mesh(*file_, "mesh", mesh);
+    write_mesh(*file_, first_mesh_group, mesh);
     growing("times", 1);
+}
+
+void ResultWriter::set_mesh(const TetMesh& mesh, std::span<const std::int32_t> originals) {
+    const std::string where =
+        fmt::format("{}: mesh from frame {} on", path_.string(), times_.size());
+    if (!file_) fail("{}: comes after the file was closed", where);
+    if (!fields_.empty()) fail("{}: comes after fields, expected displacements only", where);
+    if (mesh.tets.size() != tets_ || mesh.nodes.size() < nodes_)
+        fail("{}: has {} nodes and {} tets, expected at least {} and {}", where, mesh.nodes.size(),
+             mesh.tets.size(), nodes_, tets_);
+    check_originals(mesh, first_nodes_, originals, where);
+    check_tet_mesh(mesh, where);
+    if (!file_->reserve(bytes_written(mesh) + originals.size_bytes() + room_beside))
+        fail("{}: no room on the disk", where);
+    const std::string group = later_group(later_.size());
+    write_mesh(*file_, group, mesh);
+    file_->write<std::int32_t>(group + "/originals", originals, 1);
+    later_.push_back({times_.size(), mesh.nodes.size()});
+    const std::array<double, 2> row{static_cast<double>(times_.size()),
+                                    static_cast<double>(mesh.nodes.size())};
+    add_row(growing(later_meshes, row.size()), row);
+    nodes_ = mesh.nodes.size();
 }
 
 ResultWriter::GrowingTable& ResultWriter::growing(const std::string& name, std::size_t columns) {
@@ -168,15 +209,18 @@ void ResultWriter::close() {
 
 std::string ResultWriter::xdmf() const {
     std::vector<XdmfFrame> frames;
+    std::size_t later = 0;  // number of the next mesh
     for (std::size_t k = 0; k < times_.size(); ++k) {
-        XdmfFrame& frame = frames.emplace_back(XdmfFrame{times_[k],
-                                                         "mesh",
-                                                         nodes_,
-                                                         hexahedra_ > 0 ? hexahedra_ : tets_,
-                                                         quadratic_,
-                                                         regions_,
-                                                         {},
-                                                         hexahedra_ > 0});
+        while (later < later_.size() && later_[later].first_frame <= k) ++later;
+        XdmfFrame& frame =
+            frames.emplace_back(XdmfFrame{times_[k],
+                                          later > 0 ? later_group(later - 1) : first_mesh_group,
+                                          later > 0 ? later_[later - 1].nodes : first_nodes_,
+                                          hexahedra_ > 0 ? hexahedra_ : tets_,
+                                          quadratic_,
+                                          regions_,
+                                          {},
+                                          hexahedra_ > 0});
         frame.fields.push_back({"displacement", frame_table(k), FieldPlace::node, 3,
                                 precision_ == Precision::full ? 8 : 4});
         for (const Field& f : fields_)
@@ -187,7 +231,9 @@ std::string ResultWriter::xdmf() const {
 
 ResultReader::ResultReader(const fs::path& path) : file_(hdf5::File::open(path)) {
     hdf5::check_format(file_, result_format, result_version);
-    mesh_ = read_mesh(file_, "mesh");
+    mesh_ = read_mesh(file_, first_mesh_group);
+    first_nodes_ = mesh_.nodes.size();
+    if (file_.has(later_meshes)) read_last_mesh();
     scene_text_ = file_.read_text("scene");
     for (std::size_t k = 0; k < file_.rows("times", 1); ++k)
         times_.push_back(file_.read_row<double>("times", k, 1)[0]);
@@ -197,21 +243,42 @@ ResultReader::ResultReader(const fs::path& path) : file_(hdf5::File::open(path))
                  path.string(), k, times_[k]);
 }
 
+void ResultReader::read_last_mesh() {
+    const std::size_t meshes = file_.rows(later_meshes, 2);
+    if (meshes == 0) return;  // the program was killed before it was written
+    const std::string group = later_group(meshes - 1);
+    TetMesh last = read_mesh(file_, group);
+    originals_ = file_.read<std::int32_t>(group + "/originals", 1).values;
+    const std::string where = fmt::format("{}: {}", file_.shown(), group);
+    check_originals(last, first_nodes_, originals_, where);
+    if (last.tets.size() != mesh_.tets.size())
+        fail("{}: has {} tets, expected the {} of the first mesh", where, last.tets.size(),
+             mesh_.tets.size());
+    mesh_ = std::move(last);
+}
+
+TetMesh ResultReader::first_mesh() const {
+    return originals_.empty() ? mesh_ : read_mesh(file_, first_mesh_group);
+}
+
 std::vector<Vector3> ResultReader::displacement(std::size_t k) const {
     if (k >= times_.size())
         fail("{}: holds {} frames, expected one of number {}", file_.shown(), times_.size(), k);
     const auto table = file_.read<double>(frame_table(k), 3);
-    if (table.rows != mesh_.nodes.size())
+    if (table.rows < first_nodes_ || table.rows > mesh_.nodes.size())
         fail("{}: table {} has {} rows, expected {}", file_.shown(), frame_table(k), table.rows,
-             mesh_.nodes.size());
+             originals_.empty() ? std::to_string(first_nodes_)
+                                : fmt::format("from {} to {}", first_nodes_, mesh_.nodes.size()));
     std::vector<Vector3> displacement;
-    displacement.reserve(table.rows);
+    displacement.reserve(mesh_.nodes.size());
     for (std::size_t n = 0; n < table.rows; ++n) {
         displacement.emplace_back(table.values[3 * n], table.values[3 * n + 1],
                                   table.values[3 * n + 2]);
         if (!displacement.back().allFinite())
             fail("{}: table {}: row {} is not finite", file_.shown(), frame_table(k), n);
     }
+    while (displacement.size() < mesh_.nodes.size())
+        displacement.push_back(displacement[originals_[displacement.size() - first_nodes_]]);
     return displacement;
 }
 

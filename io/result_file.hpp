@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -24,6 +25,9 @@ enum class Precision { single, full };
 /// Without `close` nothing is left behind. If the program is killed, the file `.NAME.partPID.h5`
 /// has everything up to the last `flush`.
 ///
+/// Cuts may add nodes to the mesh during a run (`set_mesh`). Then each frame has the nodes of its
+/// own time.
+///
 /// Order of use: `append` starts a frame; `append_field` and `append_values` belong to the frame
 /// last appended.
 class ResultWriter {
@@ -35,6 +39,11 @@ class ResultWriter {
                  const std::string& scene_text, Precision precision = Precision::full,
                  MPI_Comm comm = MPI_COMM_SELF);
 
+    /// From the next frame on, the mesh is this one: cells and nodes keep their numbers, and nodes
+    /// were added. `originals`: of each node after those of the first mesh, the node that it is a
+    /// copy of, with a lower number. Throws Error if they do not belong together, if frames have
+    /// fields, or if the disk is full; the mesh before stays.
+    void set_mesh(const TetMesh& mesh, std::span<const std::int32_t> originals);
     /// Appends a frame: one displacement a node. Throws Error if the number of displacements is
     /// wrong, a value is not finite, time decreases, or the disk is full. `close` can still save
     /// the frames before it.
@@ -65,6 +74,10 @@ class ResultWriter {
         FieldPlace place;
         int components;
     };
+    /// A mesh of `set_mesh`.
+    struct LaterMesh {
+        std::size_t first_frame, nodes;
+    };
     std::string xdmf() const;
     /// A growing table and its rows not yet written. Rows are written in batches, because each
     /// write takes a dozen HDF5 calls.
@@ -79,7 +92,9 @@ class ResultWriter {
     void write_waiting(GrowingTable& table);
 
     std::map<std::string, GrowingTable> tables_;
-    std::size_t nodes_, tets_, hexahedra_;
+    std::size_t nodes_, tets_, hexahedra_;  ///< of the present mesh
+    std::size_t first_nodes_;               ///< of the first mesh
+    std::vector<LaterMesh> later_;
     bool regions_, quadratic_;
     std::vector<Field> fields_;
     std::vector<double> times_;
@@ -92,14 +107,18 @@ class ResultReader {
   public:
     explicit ResultReader(const std::filesystem::path& path);
 
+    /// The mesh of all frames: the last one, if it changed.
     const TetMesh& mesh() const { return mesh_; }
+    /// The mesh that the run began with.
+    TetMesh first_mesh() const;
     const std::string& scene_text() const { return scene_text_; }
     bool has_text(const std::string& name) const { return file_.has("texts/" + name); }
     /// A text of `write_text`. Throws Error if it does not exist.
     std::string text(const std::string& name) const { return file_.read_text("texts/" + name); }
     const std::vector<double>& times_s() const { return times_; }
     std::size_t frame_count() const { return times_.size(); }
-    /// The displacement of frame k, in metres.
+    /// The displacement of frame k at each node of `mesh`, in metres. A node that was added later
+    /// moves with the one that it is a copy of.
     std::vector<Vector3> displacement(std::size_t k) const;
     /// A field of frame k, as given to `append_field`.
     std::vector<double> field(const std::string& name, std::size_t k, int components) const;
@@ -114,8 +133,12 @@ class ResultReader {
     std::vector<std::string> field_names() const { return file_.names("fields"); }
 
   private:
+    void read_last_mesh();
+
     hdf5::File file_;
     TetMesh mesh_;
+    std::size_t first_nodes_ = 0;          ///< of the first mesh
+    std::vector<std::int32_t> originals_;  ///< of each node after these, see ResultWriter::set_mesh
     std::string scene_text_;
     std::vector<double> times_;
 };

@@ -6,6 +6,8 @@
 #include <csignal>
 
 #include "files.hpp"
+#include "io/hierarchy_file.hpp"
+#include "mesh/hex_grid.hpp"
 #include "meshes.hpp"
 
 namespace livetet {
@@ -152,6 +154,126 @@ TEST(ResultFile, ATruncatedFileIsAnError) {
     writer.close();
     truncate_to(path, 0.7);
     EXPECT_TRUE(says(error_of([&] { ResultReader{path}; }), {"r.h5", "truncated"}));
+}
+
+/// Two cells of a row, and the mesh after a cut that doubles their common face.
+struct CutRow {
+    TetMesh whole, open;
+    std::vector<std::int32_t> originals;
+
+    CutRow() {
+        whole.hexahedra = {{0, 1, 3, 4, 6, 7, 9, 10}, {1, 2, 4, 5, 7, 8, 10, 11}};
+        for (int k = 0; k < 2; ++k)
+            for (int j = 0; j < 2; ++j)
+                for (int i = 0; i < 3; ++i) whole.nodes.emplace_back(i, j, k);
+        whole.shares = {1, 0.5};
+        whole.tets = tets_of_hexahedra(whole.hexahedra);
+        open = whole;
+        for (int c : {0, 2, 4, 6}) {
+            originals.push_back(whole.hexahedra[1][c]);
+            open.hexahedra[1][c] = static_cast<std::int32_t>(open.nodes.size());
+            open.nodes.push_back(whole.nodes[originals.back()]);
+        }
+        open.tets = tets_of_hexahedra(open.hexahedra);
+    }
+    static std::vector<Vector3> frame(std::size_t nodes, int k) {
+        std::vector<Vector3> u;
+        for (std::size_t n = 0; n < nodes; ++n) u.emplace_back(static_cast<double>(n), k, 0.5);
+        return u;
+    }
+};
+
+TEST(ResultFile, AMeshThatIsCutWhileTheRunGoesOnKeepsTheFramesBefore) {
+    const CutRow row;
+    const auto folder = fresh_folder(), path = folder / "r.h5";
+    ResultWriter writer(path, row.whole, "scene", Precision::single);
+    writer.append(0, CutRow::frame(12, 0));
+    writer.append(1, CutRow::frame(12, 1));
+    writer.set_mesh(row.open, row.originals);
+    writer.append(2, CutRow::frame(16, 2));
+    writer.flush();
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+        std::filesystem::copy(entry.path(), folder / "left.h5");
+    writer.close();
+    for (const char* name : {"r.h5", "left.h5"}) {
+        const ResultReader reader(folder / name);
+        expect_same(reader.mesh(), row.open);
+        EXPECT_EQ(reader.mesh().hexahedra, row.open.hexahedra);
+        EXPECT_EQ(reader.first_mesh().hexahedra, row.whole.hexahedra);
+        ASSERT_EQ(reader.frame_count(), 3U);
+        for (int k = 0; k < 2; ++k) {
+            const auto u = reader.displacement(k), before = CutRow::frame(12, k);
+            ASSERT_EQ(u.size(), 16U);
+            for (std::size_t n = 0; n < 12; ++n) EXPECT_EQ(u[n], before[n]);
+            for (std::size_t n = 12; n < 16; ++n) EXPECT_EQ(u[n], before[row.originals[n - 12]]);
+        }
+        EXPECT_EQ(reader.displacement(2), CutRow::frame(16, 2));
+    }
+    const std::string xdmf = read_text_file(folder / "r.xdmf");
+    const auto at = [&](const std::string& part, int times) {
+        std::size_t found = 0, from = 0;
+        while ((from = xdmf.find(part, from)) != std::string::npos) ++found, ++from;
+        EXPECT_EQ(found, static_cast<std::size_t>(times)) << part;
+    };
+    at("r.h5:/mesh/hexahedra<", 2);
+    at("Dimensions=\"12 3\"", 4);  // nodes and displacement of two frames
+    at("r.h5:/meshes/000000/hexahedra<", 1);
+    at("r.h5:/meshes/000000/nodes<", 1);
+    at("Dimensions=\"16 3\"", 2);
+}
+
+TEST(ResultFile, AMeshThatDoesNotContinueTheRunIsRefused) {
+    const CutRow row;
+    const auto path = fresh_folder() / "r.h5";
+    ResultWriter writer(path, row.whole, "");
+    auto originals = row.originals;
+    originals.pop_back();
+    EXPECT_TRUE(says(error_of([&] { writer.set_mesh(row.open, originals); }),
+                     {"from frame 0", "16 nodes", "12", "3 copies"}));
+    originals.push_back(15);
+    EXPECT_TRUE(says(error_of([&] { writer.set_mesh(row.open, originals); }),
+                     {"node 15 is a copy of node 15", "lower"}));
+    EXPECT_TRUE(says(error_of([&] { writer.set_mesh(cube(), {}); }), {"8 nodes", "expected"}));
+    writer.set_mesh(row.open, row.originals);
+    EXPECT_TRUE(says(error_of([&] { writer.append(0, CutRow::frame(12, 0)); }),
+                     {"12 displacements", "expected 16"}));
+    EXPECT_TRUE(says(error_of([&] { writer.set_mesh(row.whole, {}); }), {"expected at least 16"}));
+    writer.append(0, CutRow::frame(16, 0));
+    writer.append_field("f", FieldPlace::node, 1, std::vector<double>(16, 1.0));
+    EXPECT_TRUE(says(error_of([&] { writer.set_mesh(row.open, row.originals); }), {"fields"}));
+    writer.close();
+    EXPECT_TRUE(says(error_of([&] { writer.set_mesh(row.open, row.originals); }), {"closed"}));
+}
+
+/// What another program wrote into a result's tables is told by file and table.
+TEST(ResultFile, ALaterMeshThatDoesNotFitItsFileIsAnError) {
+    const CutRow row;
+    const auto folder = fresh_folder();
+    {
+        ResultWriter writer(folder / "r.h5", row.whole, "");
+        writer.append(0, CutRow::frame(12, 0));
+        writer.close();
+    }
+    const auto broken = [&](const TetMesh& later, const std::vector<std::int32_t>& originals) {
+        const auto path = folder / "broken.h5";
+        {
+            auto file = hdf5::File::create(path, "broken.h5");
+            hdf5::write_format(file, "livetet result", 1);
+            file.write_text("scene", "");
+            write_mesh(file, "mesh", row.whole);
+            write_mesh(file, "meshes/000000", later);
+            file.write<std::int32_t>("meshes/000000/originals", originals, 1);
+            file.write<double>("later_meshes", std::vector<double>{0, 16}, 2);
+            file.write<double>("times", std::vector<double>{0}, 1);
+            file.write<double>("displacement/000000",
+                               std::vector<double>(3 * (later.nodes.size() + 1), 0.0), 3);
+        }
+        return error_of([&] { (void)ResultReader(path).displacement(0); });
+    };
+    EXPECT_TRUE(says(broken(row.open, {1, 4, 7}), {"broken.h5", "meshes/000000", "3 copies"}));
+    EXPECT_TRUE(says(broken(row.open, {1, 4, 7, -1}), {"broken.h5", "node 15", "node -1"}));
+    EXPECT_TRUE(says(broken(row.open, {1, 4, 7, 10}),
+                     {"broken.h5", "displacement/000000", "17 rows", "from 12 to 16"}));
 }
 
 }  // namespace
