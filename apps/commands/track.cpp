@@ -42,24 +42,32 @@ json describe_run(const OpenSource& open, const FiducialRegistration& registrati
         fiducials.push_back({{"name", f.name},
                              {"residual_mm", 1e3 * f.residual},
                              {"leave_one_out_mm", 1e3 * f.leave_one_out}});
-    return {{"samples", counts.samples},
-            {"frames", counts.frames},
-            {"missed", counts.missed},
-            {"not_kept", counts.not_kept},
-            {"problem", problem},
-            {"interval_ms", 1e3 * interval_s},
-            {"mean_interval_ms", 1e3 * counts.intervals.mean_s()},
-            {"budget_ms", 1e3 * budget_s.value_or(interval_s)},
-            {"budget_given", budget_s.has_value()},
-            {"poses", json_of(pose_qualities(tracked.tools(), tracked.last()))},
-            {"fre_mm", 1e3 * registration.fre},
-            {"fiducials", fiducials},
-            {"tets", body.mesh().tets.size()},
-            {"nodes", body.mesh().nodes.size()},
-            {"levels", std::max<std::size_t>(body.hierarchy.levels.size(),
-                                             body.body->linear_solver().level_count())},
-            {"solver", body.body->linear_solver().name()},
-            {"version", LIVETET_VERSION}};
+    json about = {{"samples", counts.samples},
+                  {"frames", counts.frames},
+                  {"missed", counts.missed},
+                  {"not_kept", counts.not_kept},
+                  {"problem", problem},
+                  {"interval_ms", 1e3 * interval_s},
+                  {"mean_interval_ms", 1e3 * counts.intervals.mean_s()},
+                  {"budget_ms", 1e3 * budget_s.value_or(interval_s)},
+                  {"budget_given", budget_s.has_value()},
+                  {"poses", json_of(pose_qualities(tracked.tools(), tracked.last()))},
+                  {"fre_mm", 1e3 * registration.fre},
+                  {"fiducials", fiducials},
+                  {"tets", body.mesh().tets.size()},
+                  {"nodes", body.mesh().nodes.size()},
+                  {"levels", std::max<std::size_t>(body.hierarchy.levels.size(),
+                                                   body.body->linear_solver().level_count())},
+                  {"solver", body.body->linear_solver().name()},
+                  {"version", LIVETET_VERSION}};
+    if (const auto& cut = tracked.last().cut)
+        about["cuts"] = {{"openings", cut->openings},
+                         {"parted", cut->parted},
+                         {"nodes_added", cut->originals.size()},
+                         {"pieces", cut->pieces},
+                         {"free_pieces", cut->free_pieces},
+                         {"longest_ms", 1e3 * cut->longest_s}};
+    return about;
 }
 
 /// "18945", "0.0.0.0:18945" or "[::]:18945".

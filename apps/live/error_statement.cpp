@@ -111,6 +111,12 @@ void ErrorStatement::start(std::span<const SensorPatch* const> patches,
     responses_.start(std::move(all), fix);
 }
 
+void ErrorStatement::set_mesh(const Scene& scene, MeshHierarchy hierarchy, const TetMesh& mesh) {
+    responses_.set_mesh(scene, std::move(hierarchy));
+    sampler_ = PointSampler(mesh, responses_.places());
+    missing_of_turn_.fill(ErrorSources::all());
+}
+
 void ErrorStatement::find_terms(const PoseErrors& poses,
                                 std::span<const SensorPatch* const> patches) {
     for (std::size_t s = 0; s < patches.size(); ++s) {

@@ -124,6 +124,9 @@ class ErrorStatement {
     /// The patches or the fixed nodes have changed: responses are computed anew. `fix`: as
     /// TargetResponses::start.
     void start(std::span<const SensorPatch* const> patches, const std::vector<FixOptions>& fix);
+    /// The mesh was cut: targets keep their places at rest. Call `start` before the next frame.
+    /// `scene`: its selections need no file.
+    void set_mesh(const Scene& scene, MeshHierarchy hierarchy, const TetMesh& mesh);
     /// One unit of the responses' work; see TargetResponses::work.
     bool work() { return responses_.work(); }
 

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <vector>
 
+#include "apps/live/blade_cuts.hpp"
 #include "apps/live/error_statement.hpp"
 #include "solvers/nonlinear/deformable_body.hpp"
 #include "tracking/live_registration.hpp"
@@ -40,6 +42,7 @@ struct FrameState {
     std::vector<TrackedPose> image_from_tool;  ///< in the order of TrackedBody::tools
     std::vector<PoseQuality> pose_quality;     ///< of the reference, then of the sensors
     std::optional<HandPull> pull{};
+    std::shared_ptr<const CutMesh> cut{};  ///< the frame's mesh; none: as it was loaded
     FrameStatement statement;
     StepReport step;
     double sensor_s = 0;     ///< time from sample to constraints

@@ -11,6 +11,7 @@
 
 #include "apps/live/statement_record.hpp"
 #include "apps/live/tracker_source.hpp"
+#include "base/counted.hpp"
 #include "base/log.hpp"
 #include "geometry/ellipsoid_surface.hpp"
 #include "io/openigtlink/conversions.hpp"
@@ -64,6 +65,14 @@ std::vector<std::string> sensor_texts(const PublishedFrame& a) {
     return texts;
 }
 
+/// ", 2 pieces, 1 held by nothing"; empty if nothing was cut off.
+std::string pieces_of_cut(const CutMesh& cut) {
+    std::string text;
+    if (cut.pieces > 1) text += fmt::format(", {} pieces", cut.pieces);
+    if (cut.free_pieces > 0) text += fmt::format(", {} held by nothing", cut.free_pieces);
+    return text;
+}
+
 /// "registration valid, Sensor following, not converged": what is followed and what is wrong.
 std::string followed_text(const PublishedFrame& a, std::string_view separator) {
     std::string text = registration_text(a.frame);
@@ -111,6 +120,10 @@ igtl::Message region_message(const FrameStatement& statement, double time_s) {
 
 FrameMessages::FrameMessages(const TetMesh& mesh, std::string surface)
     : surface_(std::move(surface)) {
+    take_mesh(mesh);
+}
+
+void FrameMessages::take_mesh(const TetMesh& mesh) {
     triangles_ = boundary_triangles(mesh.tets);
     nodes_ = nodes_of(triangles_);
     const std::vector<Vector3> places = drawn_places(mesh, triangles_);
@@ -118,10 +131,15 @@ FrameMessages::FrameMessages(const TetMesh& mesh, std::string surface)
         for (std::int32_t& n : t)
             n = static_cast<std::int32_t>(std::lower_bound(nodes_.begin(), nodes_.end(), n) -
                                           nodes_.begin());
+    rest_.clear();
     for (const std::int32_t n : nodes_) rest_.push_back(places[n]);
 }
 
-std::vector<igtl::Message> FrameMessages::operator()(const PublishedFrame& a, double time_s) const {
+std::vector<igtl::Message> FrameMessages::operator()(const PublishedFrame& a, double time_s) {
+    if (a.frame.cut && a.frame.cut != cut_) {
+        cut_ = a.frame.cut;
+        take_mesh(cut_->mesh);
+    }
     const FrameState& frame = a.frame;
     std::vector<Vector3> points = rest_;
     std::vector<float> moved_mm;
@@ -164,6 +182,11 @@ std::vector<igtl::Message> FrameMessages::operator()(const PublishedFrame& a, do
                   {"poses", json_of(pose_qualities(a.tools, frame))},
                   {"iterations", frame.step.iterations},
                   {"error_estimate_mm", 1e3 * frame.step.linear_error}};
+    if (frame.cut)
+        about["cuts"] = {{"openings", frame.cut->openings},
+                         {"parted", frame.cut->parted},
+                         {"pieces", frame.cut->pieces},
+                         {"free_pieces", frame.cut->free_pieces}};
     if (!frame.statement.targets.empty()) about["statement"] = json_of(frame.statement, a.targets);
     messages.push_back(igtl::string_message(
         "LivetetFrame", about.dump(-1, ' ', false, json::error_handler_t::replace), time_s));
@@ -205,6 +228,8 @@ std::string status_text(const PublishedFrame& a, const SourceStatus& source, dou
     text +=
         fmt::format(" | {} + {} iterations, solver error {:.3f} mm", a.frame.step.newton_iterations,
                     a.frame.step.iterations, 1e3 * a.frame.step.linear_error);
+    if (const CutMesh* cut = a.frame.cut.get())
+        text += fmt::format(" | cut {}{}", counted(cut->openings, "time"), pieces_of_cut(*cut));
     text += " | " + followed_text(a, ", ");
     if (!a.frame.sensors.empty() || a.frame.pull)
         text += fmt::format(", press {:.1f} mm", 1e3 * a.frame.press);

@@ -33,11 +33,15 @@ struct PublishedFrame {
 /// and why) and STRING `LivetetFrame` (JSON). `time_s`: UTC.
 class FrameMessages {
   public:
+    /// `mesh`: as it was loaded; frames that are cut have their own.
     FrameMessages(const TetMesh& mesh, std::string surface);
-    std::vector<igtl::Message> operator()(const PublishedFrame& frame, double time_s) const;
+    std::vector<igtl::Message> operator()(const PublishedFrame& frame, double time_s);
 
   private:
+    void take_mesh(const TetMesh& mesh);
+
     std::string surface_;
+    std::shared_ptr<const CutMesh> cut_;  ///< whose surface it is; none: as loaded
     std::vector<std::int32_t> nodes_;
     std::vector<Vector3> rest_;
     std::vector<Triangle> triangles_;  ///< indices into nodes_

@@ -18,6 +18,10 @@ class ProbeHistory {
     void append(double time_s, std::span<const Vector3> displacement) {
         file_.append(time_s, probes_.sampler.sample(displacement));
     }
+    /// The mesh was cut: a probe moves with the side that it is on.
+    void set_mesh(const TetMesh& mesh) {
+        probes_.sampler = PointSampler(mesh, positions_of(probes_.points));
+    }
     void flush() { file_.flush(); }
     void close() { file_.close(); }
 

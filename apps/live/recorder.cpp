@@ -169,8 +169,17 @@ void Recorder::write_arrivals() {
 }
 
 void Recorder::write(const KeptFrame& kept) {
+    take_mesh(kept.frame);
     if (files_.result) write_frame(kept);
     if (files_.probes) files_.probes->append(kept.frame.time_s, kept.frame.displacement);
+}
+
+/// The files take a mesh before the first frame on it.
+void Recorder::take_mesh(const FrameState& frame) {
+    if (frame.cut == cut_) return;
+    if (files_.result) files_.result->set_mesh(frame.cut->mesh, frame.cut->originals);
+    if (files_.probes) files_.probes->set_mesh(frame.cut->mesh);
+    cut_ = frame.cut;
 }
 
 void Recorder::write_frame(const KeptFrame& kept) {

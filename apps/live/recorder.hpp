@@ -85,6 +85,7 @@ class Recorder {
     void flush();
     void flush_in_time();
     void write(const KeptFrame& kept);
+    void take_mesh(const FrameState& frame);
     void write_frame(const KeptFrame& kept);
     void write_arrivals();
 
@@ -93,7 +94,8 @@ class Recorder {
     Ring<KeptFrame> ring_;
     ArrivalLog& arrivals_;
     const double flush_s_;
-    double flushed_s_ = 0;       ///< time of the last flush, steady clock
+    double flushed_s_ = 0;                ///< time of the last flush, steady clock
+    std::shared_ptr<const CutMesh> cut_;  ///< FrameState::cut of the last frame written
     std::uint64_t slipped_ = 0;  ///< slipped_sensors since the last kept frame; simulation thread
     std::optional<std::string> failure_;
     std::atomic<bool> failed_{false};

@@ -97,8 +97,9 @@ ReplayReport replay_run(const std::filesystem::path& path, const ProgressCallbac
     origin.scene.solver.threads = threads > 0 ? threads : origin.threads;
 
     TrackedModel model = make_tracked_model(origin.scene, load_mesh(origin.scene, progress));
-    const SceneBody& body = model.body;
-    if (body.mesh().nodes != reader.mesh().nodes || body.mesh().tets != reader.mesh().tets)
+    const TetMesh mesh = model.body.mesh();  // before blades cut it
+    if (const TetMesh then = reader.first_mesh();
+        mesh.nodes != then.nodes || mesh.tets != then.tets)
         fail("{}: {} is not the mesh of this run any more", source,
              origin.scene.mesh.file.string());
     TrackedBody tracked =
@@ -114,7 +115,7 @@ ReplayReport replay_run(const std::filesystem::path& path, const ProgressCallbac
     for (std::size_t k = 0; k < run.frames.size(); ++k) {
         const RecordedRun::FrameRecord& recorded = run.frames[k];
         for (; event != origin.events.end() && event->frame <= k; ++event)
-            tracked.change(prepare_change(read_yaml<Scene>(event->scene, source), body.mesh()));
+            tracked.change(prepare_change(read_yaml<Scene>(event->scene, source), mesh));
         const auto sample = std::lower_bound(
             run.samples.begin(), run.samples.end(), recorded.sample,
             [](const StreamSample& s, std::uint64_t number) { return s.number < number; });
@@ -131,7 +132,8 @@ ReplayReport replay_run(const std::filesystem::path& path, const ProgressCallbac
         } else {
             if (report.same + 1 == report.frames) report.first_other = k;
             const std::vector<Vector3> kept = reader.displacement(k);
-            for (std::size_t n = 0; n < kept.size(); ++n)
+            // Where the cuts differ, too, the nodes that both have tell.
+            for (std::size_t n = 0; n < std::min(kept.size(), frame.displacement.size()); ++n)
                 report.largest_gap =
                     std::max(report.largest_gap, (frame.displacement[n] - kept[n]).norm());
         }

@@ -31,6 +31,15 @@ RunFiducial parse_fiducial(const json& object, const std::string& source) {
     return fiducial;
 }
 
+RunCuts parse_cuts(const json& object, const std::string& source) {
+    return {value_of<std::size_t>(object, "openings", source),
+            value_of<std::size_t>(object, "parted", source),
+            value_of<std::size_t>(object, "nodes_added", source),
+            value_of<std::size_t>(object, "pieces", source),
+            value_of<std::size_t>(object, "free_pieces", source),
+            value_of<double>(object, "longest_ms", source)};
+}
+
 }  // namespace
 
 RunInfo parse_run_info(const std::string& text, const std::string& source) {
@@ -60,6 +69,7 @@ RunInfo parse_run_info(const std::string& text, const std::string& source) {
     if (object.contains("not_kept"))
         info.not_kept = value_of<std::size_t>(object, "not_kept", source);
     if (object.contains("problem")) info.problem = value_of<std::string>(object, "problem", source);
+    if (object.contains("cuts")) info.cuts = parse_cuts(object["cuts"], source);
     if (object.contains("solver")) info.solver = value_of<std::string>(object, "solver", source);
     info.version = value_of<std::string>(object, "version", source);
     return info;

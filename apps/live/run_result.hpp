@@ -50,6 +50,15 @@ struct RunFiducial {
         leave_one_out_mm;  ///< distance from its position predicted by the other fiducials
 };
 
+/// What blades cut in a run.
+struct RunCuts {
+    std::size_t openings = 0;                 ///< how often nodes were doubled
+    std::size_t parted = 0;                   ///< pairs of neighbouring cells that were parted
+    std::size_t nodes_added = 0;              ///< copies
+    std::size_t pieces = 1, free_pieces = 0;  ///< of the body at the end; see CutMesh
+    double longest_ms = 0;                    ///< longest time that an opening took
+};
+
 /// Summary of a run.
 struct RunInfo {
     std::size_t samples = 0, frames = 0,
@@ -65,6 +74,7 @@ struct RunInfo {
     std::size_t tets = 0, nodes = 0, levels = 0;
     std::string solver, version;  ///< solver: empty if unknown
     std::string problem;          ///< why the recording ended early; empty if it did not
+    std::optional<RunCuts> cuts;  ///< none: no blade has cut
 };
 
 /// A tracked run as plain data. Displacements are large and are read one frame at a time.

@@ -18,7 +18,8 @@ Scene with_changes(const Scene& running, const Scene& edited);
 /// effect at the next start are logged, too.
 class SceneWatch {
   public:
-    /// `scene`: the contents of `path` when it was `written`; `mesh`: its finest mesh.
+    /// `scene`: the contents of `path` when it was `written`; `mesh`: its finest mesh, as it was
+    /// loaded.
     SceneWatch(std::filesystem::path path, std::filesystem::file_time_type written, Scene scene,
                const TetMesh& mesh);
 
@@ -31,7 +32,7 @@ class SceneWatch {
     std::filesystem::path path_;
     std::filesystem::file_time_type written_;
     Scene scene_;
-    const TetMesh& mesh_;
+    const TetMesh mesh_;  ///< as it was loaded
     Mailbox<std::shared_ptr<SceneChange>> mailbox_;
     std::jthread thread_;
 };

@@ -109,6 +109,12 @@ TargetResponses::TargetResponses(const Scene& scene, MeshHierarchy hierarchy,
             if ((scene_.materials[i].*value).spread > 0) uncertain_materials_.push_back({i, value});
 }
 
+void TargetResponses::set_mesh(const Scene& scene, MeshHierarchy hierarchy) {
+    const bool has_warned = has_warned_;
+    *this = TargetResponses(scene, std::move(hierarchy), std::move(places_));
+    has_warned_ = has_warned;
+}
+
 bool TargetResponses::extrapolates() const { return has_ten_nodes(scene_) || is_grid(hierarchy_); }
 
 bool TargetResponses::knows_elements() const {

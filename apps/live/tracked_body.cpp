@@ -19,6 +19,12 @@ const TrackedPose& pose_of(const TrackerSample& sample, std::size_t tool) {
     return tool < sample.poses.size() ? sample.poses[tool] : missing;
 }
 
+std::optional<BladeEdge> blade_edge_of(const ToolOptions& tool) {
+    if (!tool.blade_mm) return {};
+    const std::vector<double>& b = *tool.blade_mm;
+    return BladeEdge{Vector3(b[0], b[1], b[2]) / 1e3, Vector3(b[3], b[4], b[5]) / 1e3};
+}
+
 }  // namespace
 
 ToolFinder tool_finder(std::vector<std::string> tools) {
@@ -38,14 +44,15 @@ TrackedBody::TrackedBody(const Scene& scene, SceneBody& body, ToolFinder find_to
       reference_follower_(pose_follower_options(*scene.track)),
       registration_(image_from_reference, scene.track->hold_s),
       constraints_(body.mesh().nodes.size()),
-      surface_(surface_nodes(body.mesh())),
-      driven_slot_(body.mesh().nodes.size(), -1) {
+      surface_(surface_nodes(body.mesh())) {
+    driven_.slot.assign(body.mesh().nodes.size(), -1);
     SceneChange whole = prepare_change(scene_, body_.mesh());
     scene_constraints_.emplace(std::move(whole.constraints));
     stating_.fix = std::move(whole.fix);
     for (const SensorOptions& options : scene_.track->sensors)
         sensors_.push_back(new_sensor(options));
     find_shown(std::move(whole.tips));
+    if (has_blades(*scene_.track)) begin_cutting();
     take_constraints();
     body_.body->set_springs(scene_constraints_->springs());
     body_.body->set_external_force(scene_forces(scene, body.mesh()));
@@ -66,7 +73,7 @@ void TrackedBody::find_shown(std::vector<RigidTransform<Tool, Tip>> tips) {
         shown.push_back({sensor.tool, false, find_tool_(sensor.tool)});
     tips.insert(tips.begin(), shown.size(), {});
     for (const ToolOptions& tool : scene_.track->tools)
-        shown.push_back({tool.tool, !tool.tip.empty(), find_tool_(tool.tool)});
+        shown.push_back({tool.tool, !tool.tip.empty(), find_tool_(tool.tool), blade_edge_of(tool)});
     shown_ = std::move(shown);
     tips_ = std::move(tips);
     frame_.image_from_tool.assign(shown_.size(), {});
@@ -115,6 +122,7 @@ void TrackedBody::follow(const TrackerSample& sample) {
         frame_.image_from_tool[i] = {image_from_tip.rotation, image_from_tip.translation,
                                      PoseStatus::ok};
     }
+    if (cutting_) follow_blades(sample, tracker_from_reference);
 }
 
 const Frame& TrackedBody::advance(const TrackerSample& sample, FrameLimits limits) {
@@ -122,6 +130,7 @@ const Frame& TrackedBody::advance(const TrackerSample& sample, FrameLimits limit
     frame_.time_s = sample.time_s;
     frame_.ahead_s = limits.ahead_s.value_or(fixed_ahead_s(*scene_.track));
     follow(sample);
+    if (cutting_) cut_by_blades();
     place_patches();
     std::erase_if(sensors_, [](const Sensor& s) {
         return s.leaving &&

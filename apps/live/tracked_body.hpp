@@ -2,10 +2,13 @@
 
 #include <functional>
 #include <list>
+#include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <utility>
 
+#include "apps/live/blade_cuts.hpp"
 #include "apps/live/frame.hpp"
 #include "apps/live/patch_options.hpp"
 #include "apps/live/pose_quality.hpp"
@@ -45,32 +48,37 @@ struct SceneChange {
     std::vector<RigidTransform<Tool, Tip>> tips;  ///< in the order of track.tools
 };
 
-/// Reads the masks and tips of `scene`. Throws Error if one is invalid, if `place_mm` of a sensor
-/// is off the body, or if nothing would fix the body.
+/// Reads the masks and tips of `scene`. `mesh`: as it was loaded, whatever blades have cut since.
+/// Throws Error if a file is invalid, if `place_mm` of a sensor is off the body, or if nothing
+/// would fix the body.
 SceneChange prepare_change(const Scene& scene, const TetMesh& mesh);
 
 /// Maximum distance from the organ's surface of a sensor that is placed, m.
 inline constexpr double farthest_from_organ = 0.02;
 
-/// Computes the deformed organ from a tracker's sample: registration by the reference sensor, the
-/// deformation sensors' patches, the constraints, one time step. Time is that of the samples; a
-/// clock only decides when to stop solving.
+/// Computes the deformed organ from a tracker's sample: registration by the reference sensor, cuts
+/// by blades, the deformation sensors' patches, the constraints, one time step. Time is that of the
+/// samples; a clock only decides when to stop solving.
+///
+/// When a cut opens, the mesh gets nodes, and the body is made anew on it: `FrameState::cut` and
+/// SceneBody::mesh() have the new mesh from that frame on. References to the old one end.
 class TrackedBody {
   public:
-    /// Throws Error if a tool of the scene is not found, or if nothing fixes the body without
-    /// sensors.
+    /// `body` is on the scene's mesh as it was loaded. Throws Error if a tool of the scene is not
+    /// found, if nothing fixes the body without sensors, or if there is a blade and the mesh is no
+    /// grid.
     TrackedBody(const Scene& scene, SceneBody& body, ToolFinder find_tool,
                 const RigidTransform<ImageFrame, Reference>& image_from_reference,
                 MisplacedSensor misplaced = MisplacedSensor::refuse);
 
     /// Computes a frame. Allocates nothing after the first frames, except when a patch is placed,
-    /// released or taken up again.
+    /// released or taken up again, and while a blade is near the organ.
     const Frame& advance(const TrackerSample& sample, FrameLimits limits = {});
 
     /// Applies a changed scene: sensors, tools and fixed nodes, without reading a file. A sensor
     /// that was removed or changed releases its patch as a lost one does; new ones are placed
     /// first. Newly fixed nodes are led to rest within `track.release_s`. Throws Error, and changes
-    /// nothing, if the change is invalid.
+    /// nothing, if the change is invalid, or if it has a blade and the scene had none at the start.
     void change(SceneChange&& change);
 
     /// From the next frame on, a patch about the marker's base follows the marker as it would
@@ -96,7 +104,8 @@ class TrackedBody {
     struct ShownTool {
         std::string tool;
         bool has_tip = false;
-        std::size_t pose = 0;  ///< index in the samples' poses
+        std::size_t pose = 0;              ///< index in the samples' poses
+        std::optional<BladeEdge> blade{};  ///< from the tip, m
     };
     /// The tools of `Frame::image_from_tool`: reference, sensors, tools of the scene.
     const std::vector<ShownTool>& tools() const { return shown_; }
@@ -108,8 +117,8 @@ class TrackedBody {
 
     /// Nodes that follow sensors and are not fixed by the scene, and their displacements in this
     /// frame, m.
-    const std::vector<std::int32_t>& driven() const { return driven_; }
-    const std::vector<Vector3>& driven_to() const { return driven_to_; }
+    const std::vector<std::int32_t>& driven() const { return driven_.nodes; }
+    const std::vector<Vector3>& driven_to() const { return driven_.to; }
     /// All constraints, without the values of `driven`.
     const Constraints& constraints() const { return constraints_; }
 
@@ -146,6 +155,25 @@ class TrackedBody {
             fix = std::move(kept);
         }
     };
+    /// Nodes that follow sensors.
+    struct Driven {
+        std::vector<std::int32_t> nodes;
+        std::vector<Vector3> to;         ///< m
+        std::vector<std::int32_t> slot;  ///< index in `nodes` of each node, or -1
+        std::vector<int> by;             ///< number of patches that hold each of `nodes`
+    };
+    /// What a scene with blades needs.
+    struct Cutting {
+        BladeCuts cuts;
+        Scene listed;  ///< its selections as lists of nodes of the present mesh: needs no file
+        std::vector<PoseFollower> followers{};          ///< of image_from_tool, one a blade
+        std::vector<std::optional<BladeEdge>> edges{};  ///< in the image, m
+        /// Static scenes: nodes of pieces that nothing holds, and where they stay, m.
+        std::vector<std::int32_t> resting{};
+        std::vector<Vector3> resting_at{};
+        /// Free pieces that were told of, by their first cell and number of cells.
+        std::set<std::pair<std::int32_t, std::size_t>> told{};
+    };
     Sensor new_sensor(const SensorOptions& options) const;
     void follow_hand(Sensor& sensor);
     void find_shown(std::vector<RigidTransform<Tool, Tip>> tips);
@@ -163,6 +191,19 @@ class TrackedBody {
     void pull_patches();
     void settle();
     void state_errors_of_frame();
+    void begin_cutting();
+    void follow_blades(
+        const TrackerSample& sample,
+        const std::optional<RigidTransform<Tracker, Reference>>& tracker_from_reference);
+    void cut_by_blades();
+    void open_cuts();
+    bool make_body_on(OpenedGrid& opened, const Scene& listed);
+    void continue_on_mesh(std::size_t first, std::span<const std::int32_t> originals,
+                          const std::vector<GridPiece>& free);
+    std::vector<FixOptions> fix_of_change(const SceneChange& change) const;
+    std::vector<FixOptions> fix_of_responses(const std::vector<GridPiece>& free) const;
+    void renew_responses_on_mesh(const std::vector<GridPiece>& free);
+    void take_free_pieces(const std::vector<GridPiece>& free);
 
     Scene scene_;
     SceneBody& body_;
@@ -180,14 +221,12 @@ class TrackedBody {
     std::vector<ShownTool> shown_;
     std::vector<RigidTransform<Tool, Tip>> tips_;  ///< of the shown tools
     std::vector<std::int32_t> surface_;            ///< nodes on the surface of the mesh
-    std::vector<std::int32_t> driven_;
-    std::vector<Vector3> driven_to_;
-    std::vector<std::int32_t> driven_slot_;  ///< index in driven_ of each node, or -1
-    std::vector<int> driven_by_;             ///< number of patches that hold each node
+    Driven driven_;
     std::optional<Settling> settling_;
     double tail_s_ = 0;  ///< time a frame needs after its last solve: recent maximum
     std::optional<double> last_time_s_;
     Stating stating_;
+    std::unique_ptr<Cutting> cutting_;  ///< none: the scene has no blade
     Frame frame_;
 };
 

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "apps/live/listed_scene.hpp"
 #include "apps/live/response_nodes.hpp"
 #include "apps/live/tracked_body.hpp"
 #include "apps/scene/mesh_grading.hpp"
@@ -52,6 +53,18 @@ void TrackedBody::change(SceneChange&& change) {
         (void)find_tool_(options.tool);
     }
     for (const ToolOptions& tool : next.track->tools) (void)find_tool_(tool.tool);
+    if (!cutting_ && has_blades(*next.track))
+        fail(
+            "track.tools: blade_mm: found a blade in a run that began without one, expected it "
+            "from the start");
+    std::optional<SceneConstraints> on_cut_mesh;  // else those of the change do
+    std::vector<FixOptions> fix = fix_of_change(change);
+    if (frame_.cut && fix_changed) {
+        Scene listed = cutting_->listed;
+        listed.fix = fix;
+        on_cut_mesh.emplace(listed, body_.mesh());
+        on_cut_mesh->move_to_share(1);
+    }
 
     // 2. does not throw
     scene_ = std::move(next);
@@ -69,14 +82,25 @@ void TrackedBody::change(SceneChange&& change) {
     leaving.splice(leaving.end(), sensors_);
     sensors_ = std::move(leaving);
     find_shown(std::move(change.tips));
+    if (cutting_) {
+        cutting_->cuts.change_blades();
+        cutting_->followers.clear();
+    }
     stating_.is_outdated = stating_.is_outdated || fix_changed;
     if (fix_changed) {
         std::vector<std::uint8_t> before = scene_constraints_->constraints().components;
         if (settling_)
             for (const std::int32_t n : settling_->nodes)
                 before[n] = 0;  // they have not arrived yet
-        scene_constraints_.emplace(std::move(change.constraints));
-        stating_.fix = std::move(change.fix);
+        scene_constraints_.emplace(on_cut_mesh ? std::move(*on_cut_mesh)
+                                               : std::move(change.constraints));
+        if (cutting_) cutting_->listed.fix = fix;
+        stating_.fix = std::move(fix);
+        if (frame_.cut) {
+            const auto free = held_pieces(cutting_->listed, body_.mesh()).free;
+            take_free_pieces(free);
+            stating_.fix = fix_of_responses(free);
+        }
         begin_settling(before);
         pulled_ = true;  // springs are rebuilt
     }

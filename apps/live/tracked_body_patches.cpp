@@ -37,36 +37,39 @@ void TrackedBody::place_patches() {
 /// Prescribed nodes: those of the scene, and the patches that are not held by springs.
 void TrackedBody::take_constraints() {
     constraints_ = scene_constraints_->constraints();
-    for (const std::int32_t n : driven_) driven_slot_[n] = -1;
-    driven_.clear();
-    driven_by_.clear();
+    if (cutting_)
+        for (std::size_t k = 0; k < cutting_->resting.size(); ++k)
+            constraints_.prescribe({&cutting_->resting[k], 1}, cutting_->resting_at[k]);
+    for (const std::int32_t n : driven_.nodes) driven_.slot[n] = -1;
+    driven_.nodes.clear();
+    driven_.by.clear();
     for (Sensor& s : sensors_) {
         s.is_hard = s.patch.is_hard();
         if (!s.is_hard) continue;
         for (const std::int32_t n : s.patch.nodes()) {
             if (constraints_.components[n] != 0) continue;
-            if (driven_slot_[n] < 0) {
-                driven_slot_[n] = static_cast<std::int32_t>(driven_.size());
-                driven_.push_back(n);
-                driven_by_.push_back(0);
+            if (driven_.slot[n] < 0) {
+                driven_.slot[n] = static_cast<std::int32_t>(driven_.nodes.size());
+                driven_.nodes.push_back(n);
+                driven_.by.push_back(0);
             }
-            ++driven_by_[driven_slot_[n]];
+            ++driven_.by[driven_.slot[n]];
         }
     }
-    constraints_.prescribe(driven_, Vector3::Zero());
-    driven_to_.assign(driven_.size(), Vector3::Zero());
+    constraints_.prescribe(driven_.nodes, Vector3::Zero());
+    driven_.to.assign(driven_.nodes.size(), Vector3::Zero());
     body_.body->set_constraints(constraints_);
 }
 
 void TrackedBody::move_patches() {
-    std::fill(driven_to_.begin(), driven_to_.end(), Vector3::Zero());
+    std::fill(driven_.to.begin(), driven_.to.end(), Vector3::Zero());
     for (const Sensor& s : sensors_) {
         if (!s.is_hard) continue;
         for (std::size_t k = 0; k < s.patch.nodes().size(); ++k)
-            if (const std::int32_t slot = driven_slot_[s.patch.nodes()[k]]; slot >= 0)
-                driven_to_[slot] += s.patch.target(k) / driven_by_[slot];
+            if (const std::int32_t slot = driven_.slot[s.patch.nodes()[k]]; slot >= 0)
+                driven_.to[slot] += s.patch.target(k) / driven_.by[slot];
     }
-    body_.body->move_constraints(driven_, driven_to_);
+    body_.body->move_constraints(driven_.nodes, driven_.to);
 }
 
 /// Patches held by springs: those of soft sensors, and those being released or taken up again.
@@ -80,8 +83,8 @@ void TrackedBody::pull_patches() {
         body_.body->set_springs(springs_);
         return;
     }
-    springs_.stiffness.resize(driven_slot_.size(), 0);
-    springs_.target.resize(driven_slot_.size(), Vector3::Zero());
+    springs_.stiffness.resize(driven_.slot.size(), 0);
+    springs_.target.resize(driven_.slot.size(), Vector3::Zero());
     for (const Sensor& s : sensors_) {
         const double each = s.patch.spring_stiffness() /
                             static_cast<double>(std::max<std::size_t>(s.patch.nodes().size(), 1));

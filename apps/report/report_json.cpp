@@ -156,6 +156,10 @@ std::string report_json(const Report& r) {
                         {"frames", frames_json(r)},
                         {"sensors", sensors_json(r)},
                         {"parts", parts_json(r.parts)}};
+    if (const auto& cuts = r.run.cuts)
+        out["cuts"] = {{"openings", cuts->openings},       {"parted", cuts->parted},
+                       {"nodes_added", cuts->nodes_added}, {"pieces", cuts->pieces},
+                       {"free_pieces", cuts->free_pieces}, {"longest_ms", cuts->longest_ms}};
     if (r.truth) out["targets"] = truth_json(*r.truth);
     if (r.stated) out["stated_error"] = stated_json(*r.stated);
     return json_text(out);

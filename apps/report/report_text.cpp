@@ -54,6 +54,19 @@ std::string slip_verdict(const Report& r) {
         counted(r.slips, "time"));
 }
 
+std::string cuts_verdict(const RunCuts& c) {
+    std::string text = fmt::format(
+        "Cuts: blades parted {} of neighbouring cells and doubled {}, opened {}, in at most {:.0f} "
+        "ms each; ",
+        counted(c.parted, "pair"), counted(c.nodes_added, "node"), counted(c.openings, "time"),
+        c.longest_ms);
+    text += c.pieces == 1 ? "the body still hangs together"
+                          : fmt::format("the body is in {} pieces", c.pieces);
+    if (c.free_pieces > 0)
+        text += fmt::format(", of which neither fix nor drive holds {}", c.free_pieces);
+    return text + ".";
+}
+
 std::string press_verdict(const TargetErrors& t) {
     return fmt::format(
         "Deepest press ({:.1f} mm): {} {} off by {:.2f} mm RMS with deformation, {:.2f} mm "
@@ -202,6 +215,7 @@ std::vector<std::string> verdicts(const Report& report) {
     if (report.run.budget_given) sentences.push_back(budget_verdict(report));
     if (report.unplaced > 0) sentences.push_back(placing_verdict(report));
     if (report.slips > 0) sentences.push_back(slip_verdict(report));
+    if (report.run.cuts) sentences.push_back(cuts_verdict(*report.run.cuts));
     if (const std::string noise = noise_text(report.run.poses); !noise.empty())
         sentences.push_back("Tracker: the " + noise + ".");
     sentences.insert(sentences.end(), report.notes.begin(), report.notes.end());

@@ -119,6 +119,7 @@ MeshHierarchy read_tets(const MeshSource& source) {
 MeshHierarchy load_mesh(const Scene& scene, const ProgressCallback& progress) {
     check_can_be_cut(scene);
     MeshHierarchy loaded = load_mesh(scene.mesh, progress, grading_of(scene));
+    check_has_hexahedra(scene, loaded);
     return scene.cuts.empty() ? loaded : with_cuts(scene, std::move(loaded));
 }
 

@@ -91,20 +91,6 @@ std::string place_text(const Vector3& x) {
     return fmt::format("({:.1f}, {:.1f}, {:.1f}) mm", 1e3 * x.x(), 1e3 * x.y(), 1e3 * x.z());
 }
 
-std::string pieces_text(const std::vector<GridPiece>& pieces) {
-    constexpr std::size_t most = 4;
-    std::string text = counted(pieces.size(), "piece") + " that neither fix nor drive holds: ";
-    for (std::size_t i = 0; i < std::min(pieces.size(), most); ++i)
-        text += fmt::format("{}{:.4g} ml at {}", i ? ", " : "", 1e6 * pieces[i].volume,
-                            place_text(pieces[i].centroid));
-    if (pieces.size() > most) {
-        double rest = 0;
-        for (std::size_t i = most; i < pieces.size(); ++i) rest += 1e6 * pieces[i].volume;
-        text += fmt::format(" and {} more of {:.4g} ml together", pieces.size() - most, rest);
-    }
-    return text;
-}
-
 CutSurface surface_of(const CutOptions& cut) {
     if (!cut.file.empty()) {
 #ifdef LIVETET_IMAGES
@@ -167,12 +153,17 @@ std::string cut_text(const TetMesh& before, const TetMesh& after) {
                                    : fmt::format("the body is in {} pieces", pieces));
 }
 
+/// Whether anything cuts the scene's mesh, now or while it is tracked.
+bool is_to_be_cut(const Scene& scene) {
+    return !scene.cuts.empty() || (scene.track && has_blades(*scene.track));
+}
+
 [[noreturn]] void fail_of_tets(const Scene& scene) {
     fail(
-        "cuts: {} {} tetrahedra, expected hexahedra (mesh.cells: hexahedra, or `livetet mesh "
+        "{}: {} {} tetrahedra, expected hexahedra (mesh.cells: hexahedra, or `livetet mesh "
         "--cells "
         "hexahedra`)",
-        scene.mesh.file.string(),
+        scene.cuts.empty() ? "track.tools: blade_mm" : "cuts", scene.mesh.file.string(),
         kind_of(scene.mesh.file) == MeshKind::image ? "is meshed with" : "has");
 }
 
@@ -194,8 +185,22 @@ void check_something_is_left(const TetMesh& mesh, const std::vector<std::uint8_t
 
 }  // namespace
 
+std::string pieces_text(const std::vector<GridPiece>& pieces) {
+    constexpr std::size_t most = 4;
+    std::string text = counted(pieces.size(), "piece") + " that neither fix nor drive holds: ";
+    for (std::size_t i = 0; i < std::min(pieces.size(), most); ++i)
+        text += fmt::format("{}{:.4g} ml at {}", i ? ", " : "", 1e6 * pieces[i].volume,
+                            place_text(pieces[i].centroid));
+    if (pieces.size() > most) {
+        double rest = 0;
+        for (std::size_t i = most; i < pieces.size(); ++i) rest += 1e6 * pieces[i].volume;
+        text += fmt::format(" and {} more of {:.4g} ml together", pieces.size() - most, rest);
+    }
+    return text;
+}
+
 void check_can_be_cut(const Scene& scene) {
-    if (scene.cuts.empty()) return;
+    if (!is_to_be_cut(scene)) return;
     refuse_listed_nodes(scene);
     const MeshKind kind = kind_of(scene.mesh.file);
     if (kind == MeshKind::hierarchy) return;
@@ -203,7 +208,7 @@ void check_can_be_cut(const Scene& scene) {
 }
 
 void check_has_hexahedra(const Scene& scene, const MeshHierarchy& hierarchy) {
-    if (hierarchy.levels.front().hexahedra.empty()) fail_of_tets(scene);
+    if (is_to_be_cut(scene) && hierarchy.levels.front().hexahedra.empty()) fail_of_tets(scene);
 }
 
 MeshHierarchy with_cuts(const Scene& scene, MeshHierarchy hierarchy) {

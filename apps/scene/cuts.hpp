@@ -5,15 +5,16 @@
 #include <vector>
 
 #include "apps/scene/scene.hpp"
+#include "mesh/hex_cut.hpp"
 #include "mesh/hierarchy.hpp"
 
 namespace livetet {
 
-/// Throws Error if a scene has cuts that its mesh, which is not read yet, is known not to take: it
-/// has no hexahedra, or pieces are left out and selections list nodes.
+/// Throws Error if a scene has cuts or blades that its mesh, which is not read yet, is known not to
+/// take: it has no hexahedra, or pieces are left out and selections list nodes.
 void check_can_be_cut(const Scene& scene);
 
-/// Throws Error if the mesh of a scene with cuts has no hexahedra.
+/// Throws Error if the mesh of a scene with cuts or blades has no hexahedra.
 void check_has_hexahedra(const Scene& scene, const MeshHierarchy& hierarchy);
 
 /// The scene's mesh with its cuts, and without pieces that they free if the scene leaves those out.
@@ -26,6 +27,9 @@ MeshHierarchy with_cuts(const Scene& scene, MeshHierarchy hierarchy);
 /// The nodes of pieces of a cut grid that stay at rest because neither fix nor drive holds them:
 /// in static scenes with `free_pieces: keep`, else none. Sorted.
 std::vector<std::int32_t> resting_nodes(const Scene& scene, const TetMesh& mesh);
+
+/// "1 piece that neither fix nor drive holds: 3.2 ml at (1.0, 2.0, 3.0) mm".
+std::string pieces_text(const std::vector<GridPiece>& pieces);
 
 /// All keys that the scene's mesh depends on, as text: scenes with equal texts have equal meshes.
 std::string mesh_identity(const Scene& scene);

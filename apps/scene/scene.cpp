@@ -130,8 +130,14 @@ void finish_scene(Scene& scene, const KeyPlaces& places, const std::filesystem::
     refuse_node_numbers(scene, places);
     for (std::size_t i = 0; i < scene.cuts.size(); ++i)
         check_cut(scene.cuts[i], fmt::format("cuts[{}]", i), places);
-    if (scene.free_pieces != FreePieces::refuse && scene.cuts.empty())
+    const bool has_blade = scene.track && has_blades(*scene.track);
+    if (scene.free_pieces != FreePieces::refuse && scene.cuts.empty() && !has_blade)
         fail("free_pieces: applies to what cuts free, expected cuts ({})", places("free_pieces"));
+    if (scene.free_pieces == FreePieces::leave_out && has_blade)
+        fail(
+            "free_pieces: leave_out with blade_mm in track.tools: a mesh loses no cells while it "
+            "is tracked, expected keep, or refuse for the cuts made at the start ({})",
+            places("free_pieces"));
     if (scene.track) check_track(*scene.track, places);
     if (scene.deform) check_deform(*scene.deform, places);
     if (scene.probes && scene.probes->points.empty())

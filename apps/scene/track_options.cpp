@@ -70,6 +70,27 @@ void check_ahead(const TrackOptions& track, const KeyPlaces& places) {
             track.display_ms, places("track.display_ms"));
 }
 
+/// Throws Error unless a blade is a segment between two points.
+void check_blade(const ToolOptions& tool, const std::string& key, const KeyPlaces& places) {
+    constexpr double shortest_mm = 0.01, longest_mm = 1000;
+    const std::vector<double>& ends = *tool.blade_mm;
+    if (ends.size() != 6)
+        fail("{} has {} numbers, expected 6: two ends ({})", key, ends.size(), places(key));
+    const Eigen::Vector3d a(ends[0], ends[1], ends[2]), b(ends[3], ends[4], ends[5]);
+    const double length_mm = (b - a).norm();
+    if (!(length_mm >= shortest_mm && length_mm <= longest_mm))  // so that NaN fails
+        fail(
+            "{} = [{:g}, {:g}, {:g}, {:g}, {:g}, {:g}]: the blade of {} is {:g} mm long, expected "
+            "{:g} to {:g} mm ({})",
+            key, a.x(), a.y(), a.z(), b.x(), b.y(), b.z(), tool.tool, length_mm, shortest_mm,
+            longest_mm, places(key));
+    if (!(a.norm() <= longest_mm && b.norm() <= longest_mm))
+        fail(
+            "{}: an end of the blade of {} is {:g} mm from its tip or sensor, expected up to {:g} "
+            "mm ({})",
+            key, tool.tool, std::max(a.norm(), b.norm()), longest_mm, places(key));
+}
+
 }  // namespace
 
 void check_track(const TrackOptions& track, const KeyPlaces& places) {
@@ -99,6 +120,7 @@ void check_track(const TrackOptions& track, const KeyPlaces& places) {
             fail("track.tools: {} is shown twice as {}ToRAS, expected names that differ ({})",
                  tool.tool, name, places(fmt::format("track.tools[{}].tool", i)));
         names.push_back(name);
+        if (tool.blade_mm) check_blade(tool, fmt::format("track.tools[{}].blade_mm", i), places);
     }
     for (std::size_t i = 0; i < track.sensors.size(); ++i) {
         const SensorOptions& sensor = track.sensors[i];

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <filesystem>
 #include <optional>
 #include <span>
@@ -34,10 +35,11 @@ struct SensorOptions {
     bool operator==(const SensorOptions&) const = default;
 };
 
-/// A tool shown in the image.
+/// A tool shown in the image, which may have a blade that cuts.
 struct ToolOptions {
     std::string tool = "Stylus";
     std::filesystem::path tip;
+    std::optional<std::vector<double>> blade_mm{};
 
     bool operator==(const ToolOptions&) const = default;
 };
@@ -67,6 +69,7 @@ struct TrackOptions {
     std::string reference_tool = "Reference";
     std::vector<SensorOptions> sensors{SensorOptions{}};
     std::vector<ToolOptions> tools;
+    double cut_interval_s = 0.5;
     std::vector<TargetOptions> targets;
     double base_window_s = 1;
     double hold_s = 0.5;
@@ -84,6 +87,12 @@ struct TrackOptions {
     std::optional<int> request_ms;
     std::optional<PublishOptions> publish;
 };
+
+/// Whether a tool has a blade.
+inline bool has_blades(const TrackOptions& track) {
+    return std::ranges::any_of(track.tools,
+                               [](const ToolOptions& tool) { return tool.blade_mm.has_value(); });
+}
 
 template <class Visitor>
 void visit_fields(Visitor& v, SensorOptions& o) {
@@ -121,6 +130,10 @@ void visit_fields(Visitor& v, ToolOptions& o) {
     v.field("tip", o.tip, "",
             "tip calibration that `livetet calibrate pivot -o FILE` wrote; none: the tool's sensor "
             "is shown");
+    v.field("blade_mm", o.blade_mm, "mm",
+            "the two ends [x, y, z, x, y, z] of a blade's edge, from the tip or, without one, from "
+            "the tool's sensor: what the edge sweeps in the organ is cut. For grids of hexahedra; "
+            "a run that is to cut has a blade from its start");
 }
 
 template <class Visitor>
@@ -155,6 +168,10 @@ void visit_fields(Visitor& v, TrackOptions& t) {
            "the sensors that move the surface; where patches overlap, the mean is used. May be "
            "changed in the file during a run");
     v.list("tools", t.tools, "tools shown in the image. May be changed in the file during a run");
+    v.field("cut_interval_s", t.cut_interval_s, "s",
+            "what blades cut within this time, by the samples' clock, opens together at its end: "
+            "opening takes the time of several frames",
+            within({0, 60}));
     v.list("targets", t.targets,
            "what each frame states the error of: each by point_mm, points, or a selection of nodes "
            "(of a region, the worst place counts); none: no error statement");

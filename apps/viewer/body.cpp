@@ -110,12 +110,18 @@ void add_statement(ShownMoment& moment, const FrameStatement& statement,
         moment.text += "; " + error;
 }
 
+void set_mesh(ShownBody& body, TetMesh mesh) {
+    body.mesh = std::move(mesh);
+    if (!body.has_own_surface) body.surface = render_surface(body.mesh);
+}
+
 ShownBody make_shown_body(TetMesh mesh, const std::optional<Scene>& scene, const fs::path& named_in,
                           const ViewFiles& files) {
     ShownBody body;
     body.mesh = std::move(mesh);
+    body.has_own_surface = !files.surface.empty();
     body.surface =
-        files.surface.empty() ? render_surface(body.mesh) : read_surface(files.surface, Space::ras);
+        body.has_own_surface ? read_surface(files.surface, Space::ras) : render_surface(body.mesh);
 
     if (!files.image.empty())
         read_image(body, files.image);

@@ -23,6 +23,7 @@ struct ShownFiducial {
 struct ShownBody {
     TetMesh mesh;
     TriangleMesh surface;             ///< at rest, as fine as it is drawn
+    bool has_own_surface = false;     ///< it is a file's, and not the mesh's
     std::vector<std::int32_t> fixed;  ///< fixed nodes on the surface of the mesh
     std::optional<GreyImage> image;
     std::vector<ShownFiducial> fiducials;
@@ -75,6 +76,9 @@ struct ViewFiles {
 /// `left_out`. Throws Error.
 ShownBody make_shown_body(TetMesh mesh, const std::optional<Scene>& scene,
                           const std::filesystem::path& named_in, const ViewFiles& files);
+
+/// A cut has changed the mesh: nodes were added. A file's surface stays, and moves with it.
+void set_mesh(ShownBody& body, TetMesh mesh);
 
 /// Adds a statement to a moment: targets, the error over the surface, and its text.
 void add_statement(ShownMoment& moment, const FrameStatement& statement,

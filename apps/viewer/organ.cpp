@@ -31,26 +31,15 @@ std::vector<Vector3> a_little_inside(const TriangleMesh& surface) {
 
 }  // namespace
 
-OrganView::OrganView(const ShownBody& body, vtkRenderer* renderer)
-    : body_(body), map_(map_into(body.mesh, a_little_inside(body.surface))) {
-    if (!body.stated_places.empty()) stated_.emplace(body.stated_places, body.surface.nodes);
-    const auto count = static_cast<vtkIdType>(body.surface.nodes.size());
-    for (vtkFloatArray* vectors : {places_.Get(), normals_.Get()}) {
+OrganView::OrganView(const ShownBody& body, vtkRenderer* renderer) : body_(body) {
+    for (vtkFloatArray* vectors : {places_.Get(), normals_.Get()})
         vectors->SetNumberOfComponents(3);
-        vectors->SetNumberOfTuples(count);
-    }
-    values_->SetNumberOfTuples(count);
     vtkNew<vtkPoints> points;
     points->SetData(places_);
-    vtkNew<vtkCellArray> triangles;
-    for (const auto& [a, b, c] : body.surface.triangles) {
-        const vtkIdType ids[3] = {a, b, c};
-        triangles->InsertNextCell(3, ids);
-    }
     data_->SetPoints(points);
-    data_->SetPolys(triangles);
     data_->GetPointData()->SetNormals(normals_);
     data_->GetPointData()->SetScalars(values_);
+    take_surface();
     mapper_->SetInputData(data_);
     mapper_->UseLookupTableScalarRangeOn();
     mapper_->InterpolateScalarsBeforeMappingOn();
@@ -71,6 +60,22 @@ OrganView::OrganView(const ShownBody& body, vtkRenderer* renderer)
     set_text(bar_->GetTitleTextProperty(), bar_font, TextWeight::bold);
     renderer->AddViewProp(bar_);
     update_bar();
+}
+
+void OrganView::take_surface() {
+    const TriangleMesh& surface = body_.surface;
+    map_ = map_into(body_.mesh, a_little_inside(surface));
+    if (!body_.stated_places.empty()) stated_.emplace(body_.stated_places, surface.nodes);
+    const auto count = static_cast<vtkIdType>(surface.nodes.size());
+    for (vtkFloatArray* vectors : {places_.Get(), normals_.Get()})
+        vectors->SetNumberOfTuples(count);
+    values_->SetNumberOfTuples(count);
+    vtkNew<vtkCellArray> triangles;
+    for (const auto& [a, b, c] : surface.triangles) {
+        const vtkIdType ids[3] = {a, b, c};
+        triangles->InsertNextCell(3, ids);
+    }
+    data_->SetPolys(triangles);
 }
 
 void OrganView::set_range(ColourBy what, double largest) {

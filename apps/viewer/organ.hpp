@@ -30,6 +30,8 @@ class OrganView {
   public:
     OrganView(const ShownBody& body, vtkRenderer* renderer);
 
+    /// The body's mesh and surface have changed: call it before the next `show`.
+    void take_surface();
     void show(const ShownMoment& moment);
     /// Whether the moment has values for this colour. Without, displacements are shown.
     bool can_show(const ShownMoment& moment, ColourBy what) const;

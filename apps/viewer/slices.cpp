@@ -45,12 +45,8 @@ std::pair<double, double> usual_values(const GreyImage& image) {
 
 SliceView::SliceView(const ShownBody& body, const ImageSampler& sampler, int axis,
                      vtkLookupTable* table, vtkRenderer* renderer)
-    : body_(body),
-      sampler_(sampler),
-      axis_(axis),
-      renderer_(renderer),
-      skin_(boundary_triangles(body.mesh.tets)),
-      at_rest_(body.mesh.nodes.size(), Vector3::Zero()) {
+    : body_(body), sampler_(sampler), axis_(axis), renderer_(renderer) {
+    take_mesh();
     const Eigen::AlignedBox3d box = box_of(grid_of(*body.image));
     const Axes& axes = axes_of[axis];
     const double width = std::abs(axes.right.dot(box.sizes())),
@@ -91,6 +87,12 @@ SliceView::SliceView(const ShownBody& body, const ImageSampler& sampler, int axi
     renderer->AddViewProp(title_);
     renderer->SetBackground(0, 0, 0);
     renderer->GetActiveCamera()->ParallelProjectionOn();
+}
+
+void SliceView::take_mesh() {
+    skin_ = boundary_triangles(body_.mesh.tets);
+    at_rest_.assign(body_.mesh.nodes.size(), Vector3::Zero());
+    rest_at_.reset();
 }
 
 void SliceView::fit() {
@@ -203,6 +205,10 @@ SliceViews::SliceViews(const ShownBody& body, const std::array<vtkRenderer*, 3>&
     for (const Vector3& x : body.mesh.nodes) box.extend(x);
     set_cross(box.center());
     fit();
+}
+
+void SliceViews::take_mesh() {
+    for (const auto& view : views_) view->take_mesh();
 }
 
 void SliceViews::show(int view, const ShownMoment& moment) {

@@ -28,6 +28,8 @@ class SliceView {
     SliceView(const ShownBody& body, const ImageSampler& sampler, int axis, vtkLookupTable* table,
               vtkRenderer* renderer);
 
+    /// The body's mesh has changed: call it before the next `show`.
+    void take_mesh();
     /// Draws the image deformed as at this moment, or at rest, through `cross`.
     void show(const ShownMoment& moment, bool deformed, const Vector3& cross);
     /// The point of the slice at these pixels of the window.
@@ -70,6 +72,8 @@ class SliceViews {
     /// `renderers`: of the axial, coronal and sagittal slice.
     SliceViews(const ShownBody& body, const std::array<vtkRenderer*, 3>& renderers);
 
+    /// The body's mesh has changed: call it before the next `show`.
+    void take_mesh();
     void show(int view, const ShownMoment& moment);
     void set_cross(const Vector3& cross);
     const Vector3& cross() const { return cross_; }

@@ -105,7 +105,13 @@ bool TrackView::advance(ViewWindow& window) {
         for (const ShownTarget& t : moment.targets) shown += t.name + '\n';
         moment.keeps_numbers = shown == labels_ && start_s < renewed_s_ + shortest_text_s;
         if (!moment.keeps_numbers) renewed_s_ = start_s, labels_ = std::move(shown);
-        window.show(std::move(moment));
+        if (const auto& cut = frames_.incoming().frame.cut; cut != cut_) {
+            cut_ = cut;
+            set_mesh(body_, cut_->mesh);
+            window.change_body(std::move(moment));
+        } else {
+            window.show(std::move(moment));
+        }
         window.grow_range();
     } else if (start_s >= renewed_s_ + shortest_text_s) {
         window.renew_texts();

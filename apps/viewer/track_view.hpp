@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -54,7 +55,7 @@ class TrackView : public FrameObserver {
     bool advance(ViewWindow& window);
     ShownMoment moment_of(const Seen& seen) const;
 
-    const ShownBody body_;
+    ShownBody body_;  ///< its mesh is the one that is shown; used by the view's thread only
     const StopSource stop_;
     const Options options_;
     Mailbox<Seen> frames_;
@@ -65,9 +66,10 @@ class TrackView : public FrameObserver {
     std::atomic<double> picture_s_{0};
     double due_s_ =
         0;  ///< time of the next picture; this and what follows belong to the view's thread
-    double renewed_s_ = 0;  ///< time when texts were redrawn
-    std::string labels_;    ///< contents of the texts
-    std::string failure_;   ///< read after the thread has ended
+    double renewed_s_ = 0;                ///< time when texts were redrawn
+    std::string labels_;                  ///< contents of the texts
+    std::shared_ptr<const CutMesh> cut_;  ///< whose mesh body_ has; none: as it was loaded
+    std::string failure_;                 ///< read after the thread has ended
     std::thread thread_;
 };
 

@@ -130,6 +130,12 @@ void ViewWindow::set_time(std::optional<double> share) {
     changed_ = true;
 }
 
+void ViewWindow::change_body(ShownMoment first) {
+    organ_->take_surface();
+    if (slices_) slices_->take_mesh();
+    show(std::move(first));
+}
+
 void ViewWindow::show(ShownMoment moment) {
     moment_ = std::move(moment);
     stale_ = true;

@@ -40,11 +40,13 @@ class ViewWindow {
             pull;  ///< a marker is pulled, or released
     };
 
-    /// `body` must outlive it.
+    /// `body` must outlive it; see change_body.
     ViewWindow(const ShownBody& body, Surface surface, std::array<int, 2> size = {1280, 800});
     ~ViewWindow();
     Handlers handlers;
 
+    /// The body's mesh and surface have changed: `first` is shown on them.
+    void change_body(ShownMoment first);
     void show(ShownMoment moment);
     /// Redraws the texts of a moment with keeps_numbers.
     void renew_texts();

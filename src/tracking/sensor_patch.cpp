@@ -190,6 +190,20 @@ double SensorPatch::place(const TetMesh& mesh, std::span<const std::int32_t> sur
     return patch.distance;
 }
 
+void SensorPatch::add_copies(std::size_t first, std::span<const std::int32_t> originals) {
+    const auto add = [&](std::vector<std::int32_t>& nodes, const auto& added) {
+        for (std::size_t k = 0; k < originals.size(); ++k) {
+            // Copies are appended in order: the list stays sorted, and may hold the original.
+            const auto at = std::ranges::lower_bound(nodes, originals[k]);
+            if (at == nodes.end() || *at != originals[k]) continue;
+            added(static_cast<std::size_t>(at - nodes.begin()));
+            nodes.push_back(static_cast<std::int32_t>(first + k));
+        }
+    };
+    add(nodes_, [&](std::size_t of) { placed_.push_back(Placed(placed_[of])); });
+    add(wider_, [](std::size_t) {});
+}
+
 void SensorPatch::find_wider(const SurfaceNeighbourhood& around, double area) {
     constexpr int tries = 20;
     const auto radius_of = [](double a) { return std::sqrt(a / std::numbers::pi); };

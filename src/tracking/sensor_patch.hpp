@@ -117,6 +117,11 @@ class SensorPatch {
     double place(const TetMesh& mesh, std::span<const std::int32_t> surface,
                  std::span<const Eigen::Vector3d> displacement, double farthest);
 
+    /// A cut doubled nodes of the mesh: copies of the patch's nodes join it and follow the sensor
+    /// alike. `first`: number of the first copy, after all other nodes; `originals`: of each copy.
+    /// The ring around the patch keeps its nodes.
+    void add_copies(std::size_t first, std::span<const std::int32_t> originals);
+
     const std::vector<std::int32_t>& nodes() const { return nodes_; }
     /// Prescribed displacement of the k-th patch node, m.
     Eigen::Vector3d target(std::size_t k) const {

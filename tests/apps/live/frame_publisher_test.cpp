@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "io/meshes.hpp"
+#include "support/hex_grids.hpp"
 
 namespace livetet {
 namespace {
@@ -60,7 +61,7 @@ const igtl::PolyData* region_of(const std::vector<igtl::Message>& messages) {
 
 TEST(FrameMessages, RegionsOfAllTargetsAreOneSurface) {
     PublishedFrame a = frame_with({});
-    const FrameMessages messages_of(testing_meshes::cube(), "Organ");
+    FrameMessages messages_of(testing_meshes::cube(), "Organ");
     EXPECT_EQ(region_of(messages_of(a, 0)), nullptr) << "without targets";
 
     const double chi = std::sqrt(7.8147);  // standard deviations, 95 % in three dimensions
@@ -97,6 +98,48 @@ TEST(FrameMessages, RegionsOfAllTargetsAreOneSurface) {
     for (std::size_t t = 0; t < 640; ++t)  // no triangle joins two targets
         for (int k = 1; k <= 3; ++k)
             EXPECT_EQ(region->polygons.list[4 * t + k] / 162, t / 320) << t;
+}
+
+/// Two cells, cut apart while the run goes on: the surface gets the cut's two sides.
+TEST(FrameMessages, ACutGivesTheSurfaceNewPointsAndTriangles) {
+    const TetMesh row = test::hex_grid({2, 1, 1}, {0.2, 0.1, 0.1});
+    FrameMessages messages_of(row, "Organ");
+    PublishedFrame a = frame_with({});
+    a.displacement.assign(12, Vector3::Zero());
+    const auto surface = [&] {
+        for (const igtl::Message& m : messages_of(a, 0))
+            if (m.device == "Organ") return std::get<igtl::PolyData>(m.content);
+        return igtl::PolyData{};
+    };
+    EXPECT_EQ(surface().points.size(), 12U);
+    EXPECT_EQ(surface().polygons.count, 20U);
+
+    auto cut = std::make_shared<CutMesh>();
+    const HexLevel level = hex_level_of(row, "row");
+    const std::vector<std::uint8_t> all(level.links.size(), 1);
+    OpenedGrid opened = open_links(row, level, all);
+    cut->mesh = std::move(opened.mesh);
+    cut->originals = std::move(opened.originals);
+    cut->openings = 1;
+    cut->parted = 1;
+    cut->pieces = 2;
+    cut->free_pieces = 1;
+    a.frame.cut = cut;
+    a.displacement.assign(16, Vector3::Zero());
+    for (std::size_t n = 12; n < 16; ++n) a.displacement[n] = Vector3(0.05, 0, 0);
+    const igtl::PolyData apart = surface();
+    EXPECT_EQ(apart.points.size(), 16U);
+    EXPECT_EQ(apart.polygons.count, 24U);
+    for (const igtl::Message& m : messages_of(a, 0))
+        if (m.device == "LivetetFrame") {
+            EXPECT_NE(std::get<igtl::String>(m.content).text.find(
+                          R"("cuts":{"free_pieces":1,"openings":1,"parted":1,"pieces":2})"),
+                      std::string::npos);
+        }
+    EXPECT_NE(status_text(a, {}, 0, 0).find("cut 1 time, 2 pieces, 1 held by nothing"),
+              std::string::npos);
+    a.frame.cut = nullptr;
+    EXPECT_EQ(status_text(a, {}, 0, 0).find("cut"), std::string::npos);
 }
 
 TEST(StatusText, NamesNoToolThatIsGoneAndNoPressWithoutASensor) {

@@ -1,0 +1,115 @@
+#include "apps/live/blade_cuts.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace livetet {
+
+namespace {
+
+constexpr const char* grid_name = "the tracked body";
+
+}  // namespace
+
+void add_copies(std::vector<std::int32_t>& nodes, std::size_t first,
+                std::span<const std::int32_t> originals) {
+    std::vector<std::int32_t> more;
+    const auto is_in = [&](std::int32_t n) {
+        return std::ranges::binary_search(nodes, n) || std::ranges::binary_search(more, n);
+    };
+    for (std::size_t k = 0; k < originals.size(); ++k)
+        if (is_in(originals[k])) more.push_back(static_cast<std::int32_t>(first + k));
+    nodes.insert(nodes.end(), more.begin(), more.end());
+}
+
+BladeCuts::BladeCuts(const TetMesh& mesh, double interval_s)
+    : level_(hex_level_of(mesh, grid_name)),
+      frame_(grid_frame(mesh, level_)),
+      crossings_(level_, frame_),
+      rest_places_(level_, frame_),
+      interval_s_(interval_s),
+      cut_(level_.links.size(), 0),
+      kept_(cut_) {
+    Vector3 low = mesh.nodes.front(), high = low;
+    for (const Vector3& x : mesh.nodes) low = low.cwiseMin(x), high = high.cwiseMax(x);
+    centre_ = (low + high) / 2;
+    size_ = (high - low).norm();
+    sweep_options_.longest_edge = frame_.axes.colwise().norm().minCoeff() / 2;
+}
+
+/// Whether it may touch the body: elsewhere nothing is to be carried to rest.
+bool BladeCuts::is_near(const BladeEdge& edge, std::span<const Vector3> displacement) const {
+    double farthest_moved = 0;
+    for (const Vector3& u : displacement)
+        farthest_moved = std::max(farthest_moved, u.squaredNorm());
+    const double reach = size_ + std::sqrt(farthest_moved) + (edge[1] - edge[0]).norm();
+    return (edge[0] - centre_).norm() <= reach && (edge[1] - centre_).norm() <= reach;
+}
+
+/// The triangles that may cross a link. They are small beside the grid: those with a corner farther
+/// from its middle than its diagonal do not.
+TriangleMesh BladeCuts::near_grid(const TriangleMesh& swept) const {
+    TriangleMesh near;
+    const auto is_near = [&](std::int32_t n) { return (swept.nodes[n] - centre_).norm() < size_; };
+    for (const Triangle& t : swept.triangles) {
+        if (!std::ranges::all_of(t, is_near)) continue;
+        const auto first = static_cast<std::int32_t>(near.nodes.size());
+        for (const std::int32_t n : t) near.nodes.push_back(swept.nodes[n]);
+        near.triangles.push_back({first, first + 1, first + 2});
+    }
+    return near;
+}
+
+void BladeCuts::follow(double time_s, std::span<const std::optional<BladeEdge>> edges,
+                       std::span<const Hexahedron> cells, std::span<const Vector3> displacement) {
+    if (sweeps_.size() != edges.size()) sweeps_.assign(edges.size(), BladeSweep(sweep_options_));
+    const auto rest_place = [&](const Vector3& y) {
+        return rest_places_.rest_place(y, cells, displacement);
+    };
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+        if (edges[i] && !is_near(*edges[i], displacement)) {
+            sweeps_[i].restart();
+            continue;
+        }
+        const TriangleMesh swept = near_grid(sweeps_[i].follow(time_s, edges[i], rest_place));
+        if (crossings_.mark(swept, cut_, grid_name) > 0 && !pending_s_) pending_s_ = time_s;
+    }
+}
+
+bool BladeCuts::is_due(double time_s) const {
+    return pending_s_ && time_s - *pending_s_ >= interval_s_;
+}
+
+/// Restores a link of each cell that has lost all, to a neighbour that has others.
+void BladeCuts::rejoin_single_cells() {
+    std::vector<std::uint8_t> links(level_.places.size(), 0);  // that each cell has left
+    for (std::size_t l = 0; l < cut_.size(); ++l)
+        if (!cut_[l]) ++links[level_.links[l].lower], ++links[level_.links[l].upper];
+    for (std::size_t l = 0; l < cut_.size(); ++l) {
+        const HexLink& link = level_.links[l];
+        if (!cut_[l] || kept_[l] || (links[link.lower] == 0) == (links[link.upper] == 0)) continue;
+        cut_[l] = 0;
+        ++links[link.lower], ++links[link.upper];
+    }
+}
+
+OpenedGrid BladeCuts::open(const TetMesh& mesh) {
+    rejoin_single_cells();
+    return open_links(mesh, level_, cut_);
+}
+
+void BladeCuts::keep() {
+    kept_ = cut_;
+    pending_s_.reset();
+}
+
+void BladeCuts::undo() {
+    cut_ = kept_;
+    pending_s_.reset();
+}
+
+std::size_t BladeCuts::parted() const {
+    return static_cast<std::size_t>(std::ranges::count(kept_, 1));
+}
+
+}  // namespace livetet

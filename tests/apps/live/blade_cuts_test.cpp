@@ -1,0 +1,102 @@
+// What blades cut of a grid, and when it is to be opened.
+
+#include "apps/live/blade_cuts.hpp"
+
+#include <gtest/gtest.h>
+
+#include "support/hex_grids.hpp"
+
+namespace livetet {
+namespace {
+
+/// A grid of 4 x 4 x 4 cells of 10 mm, at rest.
+struct BladedGrid {
+    TetMesh mesh = test::hex_grid({4, 4, 4}, {0.04, 0.04, 0.04});
+    std::vector<Vector3> still = std::vector<Vector3>(mesh.nodes.size(), Vector3::Zero());
+    BladeCuts cuts{mesh, 0.5};
+    double time_s = 0;
+
+    /// Leads an edge from its place by `way`, in steps of 0.04 s.
+    void sweep(const BladeEdge& edge, const Vector3& way, int frames = 10) {
+        cuts.change_blades();
+        for (int k = 0; k <= frames; ++k) {
+            const Vector3 moved = static_cast<double>(k) / frames * way;
+            const std::optional<BladeEdge> edges[] = {BladeEdge{edge[0] + moved, edge[1] + moved}};
+            cuts.follow(time_s += 0.04, edges, mesh.hexahedra, still);
+        }
+    }
+};
+
+TEST(BladeCuts, WhatIsCutIsDueAnIntervalAfterItsFirstLink) {
+    BladedGrid grid;
+    EXPECT_FALSE(grid.cuts.is_due(100));
+    grid.sweep({Vector3(0.021, -0.01, 0.06), Vector3(0.021, 0.05, 0.06)}, {0, 0, -0.02}, 5);
+    EXPECT_FALSE(grid.cuts.is_due(100)) << "above the grid's links";
+    grid.sweep({Vector3(0.021, -0.01, 0.04), Vector3(0.021, 0.05, 0.04)}, {0, 0, -0.008}, 1);
+    const double first_s = grid.time_s;
+    EXPECT_FALSE(grid.cuts.is_due(first_s + 0.49));
+    EXPECT_TRUE(grid.cuts.is_due(first_s + 0.51));
+    grid.sweep({Vector3(0.021, -0.01, 0.033), Vector3(0.021, 0.05, 0.033)}, {0, 0, -0.012}, 2);
+    EXPECT_FALSE(grid.cuts.is_due(first_s + 0.49)) << "later links do not put it off";
+    EXPECT_TRUE(grid.cuts.is_due(first_s + 0.51));
+    EXPECT_EQ(grid.cuts.parted(), 0U);
+    const OpenedGrid opened = grid.cuts.open(grid.mesh);
+    EXPECT_EQ(opened.originals.size(), 5U * 2);
+    grid.cuts.keep();
+    EXPECT_EQ(grid.cuts.parted(), 2U * 4);
+    EXPECT_FALSE(grid.cuts.is_due(first_s + 100));
+}
+
+TEST(BladeCuts, WhatIsUndoneIsNotCut) {
+    BladedGrid grid;
+    grid.sweep({Vector3(0.021, -0.01, 0.046), Vector3(0.021, 0.05, 0.046)}, {0, 0, -0.02});
+    grid.mesh = grid.cuts.open(grid.mesh).mesh;
+    grid.cuts.keep();
+    grid.still.assign(grid.mesh.nodes.size(), Vector3::Zero());
+    grid.sweep({Vector3(0.021, -0.01, 0.026), Vector3(0.021, 0.05, 0.026)}, {0, 0, -0.04});
+    EXPECT_EQ(grid_pieces(grid.cuts.open(grid.mesh).mesh).size(), 2U);
+    grid.cuts.undo();
+    EXPECT_FALSE(grid.cuts.is_due(100));
+    EXPECT_TRUE(grid.cuts.open(grid.mesh).originals.empty());
+    EXPECT_EQ(grid_pieces(grid.cuts.open(grid.mesh).mesh).size(), 1U);
+}
+
+/// All around the cell at the corner of the top: it stays with a neighbour. A piece of two cells
+/// does not.
+TEST(BladeCuts, ASingleCellIsNotCutOff) {
+    for (const bool two_cells : {false, true}) {
+        BladedGrid grid;
+        const double width = two_cells ? 0.021 : 0.009;
+        grid.sweep({Vector3(width, 0.002, 0.042), Vector3(width, 0.008, 0.042)}, {0, 0, -0.009});
+        grid.sweep({Vector3(-0.002, 0.009, 0.042), Vector3(width - 0.001, 0.009, 0.042)},
+                   {0, 0, -0.009});
+        grid.sweep({Vector3(-0.002, 0.002, 0.031), Vector3(-0.002, 0.008, 0.031)},
+                   {width + 0.001, 0, 0});
+        const TetMesh opened = grid.cuts.open(grid.mesh).mesh;
+        EXPECT_EQ(grid_pieces(opened).size(), two_cells ? 2U : 1U);
+        EXPECT_GT(opened.nodes.size(), grid.mesh.nodes.size()) << "the cut around it is made";
+    }
+}
+
+/// Far from the organ, or where the body has moved to without end: nothing is cut, nothing fails.
+TEST(BladeCuts, ABladeFarAwayCutsNothing) {
+    BladedGrid far, gone;
+    far.sweep({Vector3(0.021, -900, 0.9), Vector3(0.021, -900.1, 0.9)}, {0, 0, -0.1});
+    EXPECT_FALSE(far.cuts.is_due(1000));
+    for (Vector3& u : gone.still) u.x() = 1e7;
+    gone.sweep({Vector3(0.021, -0.01, 0.046), Vector3(0.021, 0.05, 0.046)}, {0, 0, -0.02});
+    EXPECT_FALSE(gone.cuts.is_due(1000));
+}
+
+TEST(BladeCuts, CopiesJoinTheListsOfTheirOriginals) {
+    std::vector<std::int32_t> nodes{2, 5, 9};
+    add_copies(nodes, 10, std::vector<std::int32_t>{5, 3, 10, 2, 11});
+    EXPECT_EQ(nodes, (std::vector<std::int32_t>{2, 5, 9, 10, 12, 13}))
+        << "10 of 5, 12 of 10, 13 of 2";
+    std::vector<double> values{0, 1, 2};
+    copy_values(values, std::vector<std::int32_t>{2, 3, 0});
+    EXPECT_EQ(values, (std::vector<double>{0, 1, 2, 2, 2, 0}));
+}
+
+}  // namespace
+}  // namespace livetet
