@@ -10,6 +10,13 @@ namespace livetet {
 
 namespace {
 
+/// Whether conjugate gradients ended within an iteration: the operator or its preconditioner is not
+/// positive, or nothing is left.
+bool breaks_down(KSPConvergedReason reason) {
+    return reason == KSP_DIVERGED_INDEFINITE_MAT || reason == KSP_DIVERGED_INDEFINITE_PC ||
+           reason == KSP_CONVERGED_ATOL;
+}
+
 // Not KSPChebyshevEstEig, which takes the bounds anew from each operator: on an organ of 60,000
 // tets (P1 and P2) with as many steps of the same method, linear solves took 1.2 to 1.6 times as
 // long in as many iterations. Here they are taken once for given constraints.
@@ -43,10 +50,21 @@ double largest_eigenvalue(Mat A, PC by = nullptr) {
             v = static_cast<double>(state = state * 1664525u + 1013904223u) / 4294967296.0 - 0.5;
     }
     LIVETET_PETSC(KSPSolve(ksp.get(), b.get(), x.get()));
-    // PETSc looks for the eigenvalues of what is not finite without end.
     KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
-    PetscReal residual = 0, size = 0;
     LIVETET_PETSC(KSPGetConvergedReason(ksp.get(), &reason));
+    if (breaks_down(reason)) {
+        // PETSc counts the iteration that broke down, whose coefficients it never sets: whatever
+        // the memory held was taken for them. All before it are made once more.
+        PetscInt iterations = 0;
+        LIVETET_PETSC(KSPGetIterationNumber(ksp.get(), &iterations));
+        if (iterations < 2) return 2.0;
+        LIVETET_PETSC(
+            KSPSetTolerances(ksp.get(), 1e-10, PETSC_DEFAULT, PETSC_DEFAULT, iterations - 1));
+        LIVETET_PETSC(KSPSolve(ksp.get(), b.get(), x.get()));
+        LIVETET_PETSC(KSPGetConvergedReason(ksp.get(), &reason));
+    }
+    // PETSc looks for the eigenvalues of what is not finite without end.
+    PetscReal residual = 0, size = 0;
     LIVETET_PETSC(KSPGetResidualNorm(ksp.get(), &residual));
     LIVETET_PETSC(VecNorm(x.get(), NORM_2, &size));
     if (reason == KSP_DIVERGED_NANORINF || !std::isfinite(residual + size))
