@@ -16,10 +16,7 @@
 namespace livetet {
 
 SamplePoints::SamplePoints(const TetMesh& mesh, const std::vector<NamedPoint>& named)
-    : places(mesh.nodes), volume(mesh.nodes.size(), 0) {
-    const std::vector<double> of_tets = tet_volumes(mesh);
-    for (std::size_t e = 0; e < mesh.tets.size(); ++e)
-        for (const std::int32_t n : mesh.tets[e]) volume[n] += of_tets[e] / 4;
+    : places(mesh.nodes), volume(nodal_volumes(mesh)) {
     for (const NamedPoint& p : named) {
         places.push_back(p.position);
         probes.push_back(p.name);

@@ -432,6 +432,7 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
     std::vector<std::vector<std::int32_t>> parts;
     if (ranks > 1) parts = partition_levels(comm, scene_body.hierarchy, scene.solver.partitioner);
     scene_body.partition_s = seconds_since(start);
+    scene_body.hierarchy.parents.clear();
     if (const SolverKind kind = resolved_kind(options.kind, scene_body.hierarchy.levels.size());
         kind != SolverKind::multigrid && kind != SolverKind::live) {
         MeshHierarchy& h =
@@ -439,14 +440,12 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
         h.levels.resize(1);
         if (!parts.empty()) parts.resize(1);
         h.transfers.clear();
-        h.parents.resize(std::min<std::size_t>(h.parents.size(), 1));
     }
     ElasticModel model = elastic_model(scene);
     if (use != Use::track) model.has_graded_patches = false;  // no frame moves them
     scene_body.body = std::make_unique<DeformableBody>(
         DistributedHierarchy{comm, scene_body.hierarchy, parts}, model, scene.time, options);
     MeshHierarchy& used = scene_body.hierarchy;
-    used.parents.clear();  // used for the partition only
     if (scene_body.body->linear_solver().kind() != SolverKind::live)
         for (std::size_t l = 1; l < used.levels.size(); ++l)
             used.levels[l] = {};  // the body has its own part of them

@@ -68,7 +68,7 @@ SolvedScene solve_scene(const Scene& scene, const SolveRequest& request) {
     RunHooks hooks = states.hooks(request.progress);
     hooks.iterated = request.iterated;
     solved.history = run_scene(scene, body, constraints, hooks);
-    solved.displacement = states.displacement();
+    solved.displacement = states.take_displacement();
     solved.frames = states.frames();
     figures.forces = constraints.forces(body.body->reactions(), solved.displacement);
     figures.inverted_tets = body.body->inverted_tets();

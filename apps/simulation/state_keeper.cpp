@@ -91,9 +91,8 @@ void StateKeeper::remove_checkpoints() const {
     if (keeps_checkpoints_) store_.remove();
 }
 
-const std::vector<Vector3>& StateKeeper::displacement() {
-    if (last_.displacement.empty()) last_.displacement = body_.displacement();
-    return last_.displacement;
+std::vector<Vector3> StateKeeper::take_displacement() {
+    return last_.displacement.empty() ? body_.displacement() : std::move(last_.displacement);
 }
 
 void StateKeeper::keep(std::size_t number, double time) {

@@ -29,8 +29,9 @@ class StateKeeper {
     std::size_t frames() const { return frames_; }
     double start_s() const { return start_.time_s; }
     double output_s() const { return output_s_; }
-    /// Of the last state that was kept, m; the body's own where none was.
-    const std::vector<Vector3>& displacement();
+    /// Of the last state that was kept, m, which is gone from here then; the body's own where none
+    /// was.
+    std::vector<Vector3> take_displacement();
 
   private:
     void keep(std::size_t number, double time);

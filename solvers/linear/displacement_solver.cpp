@@ -54,10 +54,14 @@ void DisplacementSolver::add_level(const DistributedHierarchy& mesh, const Elast
             m.young_Pa = 2 * m.mu();
             m.poisson = 0;
         }
-    if (l > 0 && !is_grid)  // cells have shares
-        volumes_ = carried_volumes(hierarchy.levels[l - 1],
-                                   l == 1 ? tet_volumes(hierarchy.levels.front()) : volumes_,
-                                   hierarchy.transfers[l - 1], hierarchy.levels[l]);
+    std::vector<double> volumes;  // of the tets; of the finest level their own
+    if (l > 0 && !is_grid)        // cells have shares
+        volumes = carried_volumes(nodal_volumes_, hierarchy.transfers[l - 1], hierarchy.levels[l]);
+    if (l + 1 < hierarchy.levels.size() && !is_grid)
+        nodal_volumes_ = l == 0 ? nodal_volumes(hierarchy.levels[l])
+                                : nodal_volumes(hierarchy.levels[l], volumes);
+    else
+        nodal_volumes_ = {};
     const HeapMeter meter(l == 0 ? &costs_.elements : &costs_.coarse_levels);
     levels_.push_back(std::make_unique<LevelAssembler>(
         hierarchy.levels[l],
@@ -65,7 +69,7 @@ void DisplacementSolver::add_level(const DistributedHierarchy& mesh, const Elast
                         mesh.parts.empty() ? std::span<const std::int32_t>{} : mesh.parts[l]),
         materials, model.strain,
         l == 0 && is_mixed ? Formulation::mixed : Formulation::displacement, storage, team_,
-        volumes_));
+        volumes));
     if (l > 0) return;
     costs_.matrix.bytes = fine().matrix_bytes();
     costs_.elements.bytes -= costs_.matrix.bytes;

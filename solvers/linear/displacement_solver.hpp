@@ -83,7 +83,7 @@ class DisplacementSolver : public LinearSolver {
     bool start_from(std::span<const Unknowns> guesses, Vec b);
 
     Role role_;
-    std::vector<double> volumes_;  ///< of the tets of the level added last, m^3
+    std::vector<double> nodal_volumes_;  ///< of the level added last, m^3 (see carried_volumes)
     std::unique_ptr<StoppingTest> stopping_;
     PetscHandle<Vec> rest_, start_;         ///< with guesses: b - A x, and x, before Krylov
     PetscHandle<Vec> images_[max_guesses];  ///< A times the guesses

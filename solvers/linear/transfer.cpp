@@ -95,15 +95,25 @@ std::vector<std::uint8_t> coarse_components(const BarycentricMap& fine_in_coarse
 
 namespace {
 
-/// A quarter of each tet's volume at each of its corners.
-std::vector<double> nodal_volumes(const TetMesh& mesh, std::span<const double> volumes) {
+template <class VolumeOf>
+std::vector<double> sums_at_nodes(const TetMesh& mesh, VolumeOf&& volume_of) {
     std::vector<double> of_node(mesh.nodes.size(), 0);
-    for (std::size_t e = 0; e < mesh.tets.size(); ++e)
-        for (const std::int32_t n : mesh.tets[e]) of_node[n] += volumes[e] / 4;
+    for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
+        const double quarter = volume_of(e) / 4;
+        for (const std::int32_t n : mesh.tets[e]) of_node[n] += quarter;
+    }
     return of_node;
 }
 
 }  // namespace
+
+std::vector<double> nodal_volumes(const TetMesh& mesh) {
+    return sums_at_nodes(mesh, [&](std::size_t e) { return signed_volume(mesh, mesh.tets[e]); });
+}
+
+std::vector<double> nodal_volumes(const TetMesh& mesh, std::span<const double> of_tets) {
+    return sums_at_nodes(mesh, [&](std::size_t e) { return of_tets[e]; });
+}
 
 std::vector<double> tet_volumes(const TetMesh& mesh) {
     std::vector<double> volumes;
@@ -112,15 +122,14 @@ std::vector<double> tet_volumes(const TetMesh& mesh) {
     return volumes;
 }
 
-std::vector<double> carried_volumes(const TetMesh& fine, std::span<const double> fine_volumes,
+std::vector<double> carried_volumes(std::span<const double> of_fine_nodes,
                                     const BarycentricMap& fine_in_coarse, const TetMesh& coarse) {
     std::vector<double> volumes = tet_volumes(coarse);
-    const std::vector<double> given = nodal_volumes(fine, fine_volumes),
-                              own = nodal_volumes(coarse, volumes);
+    const std::vector<double> own = nodal_volumes(coarse, volumes);
     std::vector<double> carried(coarse.nodes.size(), 0);
-    for (std::size_t i = 0; i < given.size(); ++i)
+    for (std::size_t i = 0; i < of_fine_nodes.size(); ++i)
         for (int k = 0; k < 4; ++k)
-            carried[fine_in_coarse.nodes[i][k]] += fine_in_coarse.weights[i][k] * given[i];
+            carried[fine_in_coarse.nodes[i][k]] += fine_in_coarse.weights[i][k] * of_fine_nodes[i];
     for (std::size_t e = 0; e < volumes.size(); ++e) {
         double ratio = 0;
         for (const std::int32_t n : coarse.tets[e])

@@ -10,6 +10,7 @@
 #include "solvers/assembly/level_assembler_points.hpp"
 #include "solvers/nonlinear/deformable_body.hpp"
 #include "solvers/parallel/row_blocks.hpp"
+#include "solvers/parallel/sum_over_ranks.hpp"
 
 namespace livetet {
 
@@ -112,8 +113,7 @@ std::vector<Eigen::Matrix3d> DeformableBody::nodal_stress() {
             add(share.edge_nodes[e][k], volume,
                 (corners[e][tet_edges[k][0]] + corners[e][tet_edges[k][1]]) / 2);
     }
-    MPI_Allreduce(MPI_IN_PLACE, packed.data(), static_cast<int>(packed.size()), MPI_DOUBLE, MPI_SUM,
-                  share.comm);
+    sum_over_ranks(share.comm, packed);
     std::vector<Eigen::Matrix3d> stress;
     for (const double* at = packed.data(); at < packed.data() + packed.size(); at += numbers)
         stress.push_back(Eigen::Map<const Eigen::Matrix3d>(at) / at[9]);

@@ -5,6 +5,7 @@
 
 #include "base/error.hpp"
 #include "solvers/parallel/partition.hpp"
+#include "solvers/parallel/sum_over_ranks.hpp"
 
 namespace livetet {
 
@@ -158,9 +159,8 @@ void gather(const PartitionedMesh& share, Vec v, std::vector<Vector3>& values) {
     const ReadArray mine(v);
     for (std::int32_t i = 0; i < share.owned; ++i)
         values[share.nodes[i]] = Eigen::Map<const Vector3>(mine.span().data() + 3 * i);
-    if (share.ranks > 1)
-        MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(3 * values.size()), MPI_DOUBLE,
-                      MPI_SUM, share.comm);
+    if (share.ranks > 1 && !values.empty())
+        sum_over_ranks(share.comm, {values.front().data(), 3 * values.size()});
 }
 
 void fill(const PartitionedMesh& share, std::span<const Vector3> values, Vec v) {

@@ -19,8 +19,7 @@ double total(const std::vector<double>& volumes) {
 TEST(CarriedVolumes, OfNestedLevelsTheTotalAndInsideEveryTetsOwn) {
     const MeshHierarchy h = make_hierarchy(
         {test::block({16, 8, 8}, test::beam_size), test::block({8, 4, 4}, test::beam_size)}, "");
-    const auto carried =
-        carried_volumes(h.levels[0], tet_volumes(h.levels[0]), h.transfers[0], h.levels[1]);
+    const auto carried = carried_volumes(nodal_volumes(h.levels[0]), h.transfers[0], h.levels[1]);
     const auto own = tet_volumes(h.levels[1]);
     EXPECT_NEAR(total(carried), total(own), 0.02 * total(own));
     for (std::size_t e = 0; e < own.size(); ++e) EXPECT_NEAR(carried[e], own[e], 0.5 * own[e]) << e;
@@ -34,7 +33,7 @@ TEST(CarriedVolumes, OfABodyThatTheCoarseMeshDoesNotCover) {
     for (Vector3& x : coarse.nodes) x += 0.1 * test::beam_size;
     const MeshHierarchy h = make_hierarchy({fine, coarse}, "");
     const auto own = tet_volumes(coarse);
-    const auto carried = carried_volumes(fine, tet_volumes(fine), h.transfers[0], coarse);
+    const auto carried = carried_volumes(nodal_volumes(fine), h.transfers[0], coarse);
     EXPECT_LT(total(own), 0.52 * test::beam_size.prod());
     EXPECT_NEAR(total(carried), test::beam_size.prod(), 0.15 * test::beam_size.prod());
     double inside = 0, outside = 0;  // ratios, of the tet in the middle and of one at a corner
