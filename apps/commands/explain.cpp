@@ -4,40 +4,48 @@
 #include "apps/scene/body_factory.hpp"
 #include "apps/scene/explanation.hpp"
 #include "apps/scene/live_element.hpp"
+#include "apps/scene/rank_memory.hpp"
 #include "mesh/quadratic.hpp"
 
 namespace livetet {
 
 namespace {
 
-/// Number of 3x3 blocks in the operator of a mesh: one for each node and two for each edge.
-std::size_t block_count(const TetMesh& mesh) {
-    std::vector<std::pair<std::int32_t, std::int32_t>> edges;
-    for (const Tet& t : mesh.tets)
-        for (int i = 0; i < 4; ++i)
-            for (int j = i + 1; j < 4; ++j) edges.push_back(std::minmax(t[i], t[j]));
-    std::sort(edges.begin(), edges.end());
-    const auto unique = std::unique(edges.begin(), edges.end()) - edges.begin();
-    return 2 * static_cast<std::size_t>(unique) + mesh.nodes.size();
-}
-
-void explain_levels(const MeshHierarchy& hierarchy, bool multigrid) {
+std::vector<LevelSize> explain_levels(const MeshHierarchy& hierarchy, bool multigrid) {
+    std::vector<LevelSize> sizes;
     fmt::print("\n{:<8} {:>9} {:>9} {:>11} {:>12}\n", "level", "tets", "nodes", "unknowns",
                "memory/MB");
     for (std::size_t l = 0; l < (multigrid ? hierarchy.levels.size() : 1); ++l) {
-        const TetMesh& mesh = hierarchy.levels[l];
-        const bool linear = mesh.edge_nodes.empty();
-        const double blocks = linear ? block_count(mesh) : 28.0 * mesh.nodes.size();
-        // A block with its column; for each tet its gradients, rotations, nodes and block indices;
-        // for each node its vectors, constraints and row of a transfer.
-        const double bytes =
-            76.0 * blocks + (linear ? 228.0 : 470.0) * mesh.tets.size() + 600.0 * mesh.nodes.size();
-        fmt::print("{:<8} {:>9} {:>9} {:>11} {:>12.1f}\n", l, mesh.tets.size(), mesh.nodes.size(),
-                   3 * mesh.nodes.size(), bytes / 1e6);
+        const LevelSize& size = sizes.emplace_back(size_of_level(hierarchy.levels[l]));
+        fmt::print("{:<8} {:>9} {:>9} {:>11} {:>12.1f}\n", l, size.tets, size.nodes, 3 * size.nodes,
+                   size.bytes / 1e6);
+    }
+    return sizes;
+}
+
+/// What bounds a solve on so many ranks, in words.
+std::string bound_of(const RankMemory& memory, std::size_t tets, int ranks) {
+    const auto of_each = tets / static_cast<std::size_t>(ranks);
+    if (ranks > 1 && of_each < worthwhile_tets_a_rank)
+        return fmt::format("more ranks than pay: they wait for each other below {} tets each",
+                           worthwhile_tets_a_rank);
+    if (memory.whole > memory.own) return "the whole mesh, which every rank holds";
+    return memory.program > memory.own ? "the program itself" : "its own share";
+}
+
+void explain_ranks(const std::vector<LevelSize>& levels, std::span<const int> ranks) {
+    fmt::print("\n{:<8} {:>9} {:>9} | {:>9} {:>9} {:>9}   {}\n", "ranks", "tets each", "MB each",
+               "own", "whole", "program", "bound by");
+    for (const int n : ranks) {
+        const RankMemory memory = memory_of_rank(levels, n);
+        const std::size_t tets = levels.front().tets;
+        fmt::print("{:<8} {:>9} {:>9.0f} | {:>9.0f} {:>9.0f} {:>9.0f}   {}\n", n,
+                   tets / static_cast<std::size_t>(n), memory.sum() / 1e6, memory.own / 1e6,
+                   memory.whole / 1e6, memory.program / 1e6, bound_of(memory, tets, n));
     }
 }
 
-void explain(const std::filesystem::path& path) {
+void explain(const std::filesystem::path& path, std::span<const int> ranks) {
     const Scene scene = load_scene(path);
     ProgressLine progress("mesh");
     MeshHierarchy hierarchy = load_mesh(scene, progress.callback());
@@ -52,7 +60,8 @@ void explain(const std::filesystem::path& path) {
     if (scene.track) parts.push_back(explain_live(scene, hierarchy));
     for (const ExplainedPart& p : parts)
         fmt::print("{:<11} {:<22} {}\n", p.built ? "builds" : "leaves out", p.part, p.why);
-    explain_levels(hierarchy, multigrid);
+    const std::vector<LevelSize> levels = explain_levels(hierarchy, multigrid);
+    if (!ranks.empty()) explain_ranks(levels, ranks);
     if (scene.track) fmt::print("\n{}", describe_live_element(scene, tets));
     const int iterations = scene.solver.relative_tolerance > 1e-4 ? 7 : 15;
     fmt::print(
@@ -72,7 +81,14 @@ void add_explain_command(CLI::App& app) {
                                            "why, and the memory and time it needs");
     auto scene = std::make_shared<std::filesystem::path>();
     command->add_option("scene", *scene, "scene file (YAML)")->required();
-    command->callback([scene] { explain(*scene); });
+    auto ranks = std::make_shared<std::vector<int>>();
+    command
+        ->add_option("--ranks", *ranks,
+                     "also estimate the memory of a rank, and what bounds it, on these numbers of "
+                     "ranks: 1,8,64")
+        ->delimiter(',')
+        ->check(CLI::Range(1, 1'000'000));
+    command->callback([scene, ranks] { explain(*scene, *ranks); });
 }
 
 }  // namespace livetet

@@ -6,6 +6,7 @@
 
 #include "apps/scene/model_limits.hpp"
 #include "apps/scene/probes.hpp"
+#include "apps/scene/rank_memory.hpp"
 #include "base/counted.hpp"
 #include "base/file.hpp"
 #include "base/log.hpp"
@@ -30,13 +31,12 @@ bool is_first_of_world() {
 
 /// Says that a mesh is too small for its ranks: they wait for each other longer than they work.
 void warn_of_small_parts(std::size_t tets, int ranks) {
-    constexpr std::size_t min_tets = 5000;  // of a rank
-    const std::size_t useful = std::max<std::size_t>(1, tets / min_tets);
+    const std::size_t useful = std::max<std::size_t>(1, tets / worthwhile_tets_a_rank);
     if (static_cast<std::size_t>(ranks) > useful)
-        log_warning(
-            fmt::format("{} tets on {} ranks: found {} tets a rank, expected {} or more: "
-                        "{} would be as fast",
-                        tets, ranks, tets / ranks, min_tets, counted(useful, "rank")));
+        log_warning(fmt::format(
+            "{} tets on {} ranks: found {} tets a rank, expected {} or more: "
+            "{} would be as fast",
+            tets, ranks, tets / ranks, worthwhile_tets_a_rank, counted(useful, "rank")));
 }
 
 }  // namespace

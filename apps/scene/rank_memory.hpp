@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "mesh/tet_mesh.hpp"
+
+namespace livetet {
+
+/// Tets that a rank should have at least: with fewer, ranks wait for each other longer than they
+/// work.
+constexpr std::size_t worthwhile_tets_a_rank = 5000;
+
+/// A level of a solve: its size, the memory of its part of the solve, and of its mesh, bytes.
+struct LevelSize {
+    std::size_t tets = 0, nodes = 0;
+    double bytes = 0, mesh_bytes = 0;
+};
+
+/// Of a level with an assembled operator, by its numbers of blocks, tets and nodes.
+LevelSize size_of_level(const TetMesh& mesh);
+
+/// The largest rank's memory in `solve`, bytes, estimated.
+struct RankMemory {
+    double own = 0;      ///< its share of the levels, with the nodes and tets that it shares
+    double whole = 0;    ///< what every rank holds of the whole mesh
+    double program = 0;  ///< what the program takes for nothing
+    double sum() const { return own + whole + program; }
+};
+
+/// Of `levels`, the finest first, on so many ranks. Within a tenth of what boxes of 20,000 to 1.4
+/// million P1 tets took on 1 to 8 ranks.
+RankMemory memory_of_rank(std::span<const LevelSize> levels, int ranks);
+
+}  // namespace livetet

@@ -1,0 +1,36 @@
+#include "apps/scene/rank_memory.hpp"
+
+#include <gtest/gtest.h>
+
+#include "mesh/quadratic.hpp"
+#include "support/shapes.hpp"
+
+namespace livetet {
+namespace {
+
+TEST(RankMemory, SharesWhatIsOwnAndKeepsWhatIsWhole) {
+    const std::vector<LevelSize> levels{size_of_level(test::block({20, 10, 10}, test::beam_size)),
+                                        size_of_level(test::block({3, 2, 2}, test::beam_size))};
+    const RankMemory one = memory_of_rank(levels, 1), eight = memory_of_rank(levels, 8);
+    EXPECT_EQ(one.own, levels[0].bytes + levels[1].bytes);
+    EXPECT_EQ(one.whole, eight.whole);
+    EXPECT_EQ(one.program, eight.program);
+    // The coarse level stays on one rank; each share of the fine one has its neighbours' nodes.
+    const double even = levels[0].bytes / 8 + levels[1].bytes;
+    EXPECT_GT(eight.own, 1.1 * even);
+    EXPECT_LT(eight.own, 2 * even);
+    EXPECT_LT(memory_of_rank(levels, 60).own, eight.own);
+    EXPECT_EQ(memory_of_rank(levels, 100).own, memory_of_rank(levels, 1000).own)
+        << "a rank has 200 tets or none";
+}
+
+TEST(RankMemory, TenNodesTakeMore) {
+    const TetMesh linear = test::block({6, 3, 3}, test::beam_size);
+    const LevelSize four = size_of_level(linear), ten = size_of_level(quadratic_mesh(linear));
+    EXPECT_EQ(four.tets, ten.tets);
+    EXPECT_GT(ten.bytes, 5 * four.bytes);
+    EXPECT_GT(ten.mesh_bytes, 2 * four.mesh_bytes);
+}
+
+}  // namespace
+}  // namespace livetet
