@@ -1,4 +1,3 @@
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <future>
@@ -6,6 +5,7 @@
 #include "io/hierarchy_file.hpp"
 #include "io/result_file.hpp"
 #include "mesh/hierarchy.hpp"
+#include "support/mpirun.hpp"
 #include "support/program.hpp"
 #include "support/shapes.hpp"
 
@@ -15,6 +15,7 @@ namespace {
 using test::expect_refused;
 using test::Folder;
 using test::livetet;
+using test::mpirun;
 using test::write_text;
 
 /// Generalized-alpha in the mixed form: all that a body's state can hold.
@@ -36,10 +37,6 @@ void prepare_swing(const Folder& folder) {
     write_text(folder / "swing.yaml", swing +
                                           "output: {file: swing.h5, every: 2, fields: [von_mises, "
                                           "reactions], checkpoint_every: 5}\n");
-}
-
-std::string mpirun(int ranks) {
-    return ranks > 1 ? fmt::format("timeout 200 mpirun --oversubscribe -n {}", ranks) : "";
 }
 
 /// Starts the run, and kills it as soon as it has left a checkpoint.

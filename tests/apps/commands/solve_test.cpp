@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "apps/commands/last_displacement.hpp"
 #include "io/hierarchy_file.hpp"
 #include "io/points_csv.hpp"
 #include "io/result_file.hpp"
@@ -19,6 +20,7 @@ namespace livetet {
 namespace {
 
 using test::Folder;
+using test::last_displacement;
 using test::livetet;
 using test::text_of;
 using test::write_text;
@@ -51,11 +53,6 @@ TEST(Solve, TakesNoPressuresForSensorsThatItDoesNotMove) {
     const auto outcome = livetet(folder, "solve scene.yaml");
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_NE(outcome.out.find("solver           cg + mg"), std::string::npos) << outcome.out;
-}
-
-std::vector<Vector3> last_displacement(const std::filesystem::path& path) {
-    const ResultReader result(path);
-    return result.displacement(result.times_s().size() - 1);
 }
 
 /// On other numbers of ranks, by another partitioner, the same; and of a refined mesh, with as many

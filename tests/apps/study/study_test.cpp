@@ -13,6 +13,7 @@
 #include "apps/study/study_store.hpp"
 #include "base/error.hpp"
 #include "io/hierarchy_file.hpp"
+#include "support/mpirun.hpp"
 #include "support/program.hpp"
 #include "support/shapes.hpp"
 
@@ -22,6 +23,7 @@ namespace {
 using test::expect_refused;
 using test::Folder;
 using test::livetet;
+using test::mpirun;
 using test::text_of;
 using test::write_text;
 
@@ -49,10 +51,6 @@ void prepare_study(const Folder& folder, const std::string& study = grid) {
     write_text(folder / "points.csv", "name,x_mm,y_mm,z_mm\nmiddle,100,50,50\ntip,199,50,50\n");
     write_text(folder / "scene.yaml", studied_press);
     write_text(folder / "study.yaml", study);
-}
-
-std::string mpirun(int ranks) {
-    return "timeout 300 mpirun --oversubscribe -n " + std::to_string(ranks);
 }
 
 std::size_t column_of(const StudyTable& table, const std::string& name) {
