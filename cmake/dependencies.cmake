@@ -1,5 +1,5 @@
 # The libraries that Livetet's own are linked with: found here for this build, and again by livetetConfig.cmake for a program
-# that links the installed package. Needs LIVETET_IMAGES.
+# that links the installed package. Needs LIVETET_IMAGES and LIVETET_PETSC.
 
 # Imported target `name` of a system library without a CMake package.
 function(livetet_system_library name library)
@@ -13,7 +13,7 @@ endfunction()
 
 find_package(PkgConfig REQUIRED)
 find_package(MPI REQUIRED COMPONENTS C)
-pkg_check_modules(PETSC REQUIRED IMPORTED_TARGET PETSc)
+pkg_check_modules(PETSC REQUIRED IMPORTED_TARGET ${LIVETET_PETSC})
 pkg_search_module(HDF5 REQUIRED IMPORTED_TARGET hdf5-openmpi hdf5)  # Debian's name, and that of others
 find_package(Eigen3 REQUIRED)
 find_package(fmt REQUIRED)

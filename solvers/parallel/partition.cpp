@@ -110,6 +110,9 @@ std::pair<PetscInt*, PetscInt*> neighbours_of(std::span<const Tet> tets, std::si
 
 std::vector<std::int32_t> partition_tets_in_parallel(MPI_Comm comm, std::span<const Tet> tets,
                                                      int parts) {
+    // PETSc hands over its arrays as they are: Debian's of 64 bits to a PTScotch of 32.
+    if (sizeof(PetscInt) > sizeof(std::int32_t))
+        fail("solver.partitioner = ptscotch: PETSc has 64-bit indices here, expected metis");
     int rank = 0, ranks = 1;
     MPI_Comm_rank(comm, &rank);
     MPI_Comm_size(comm, &ranks);
@@ -134,12 +137,13 @@ std::vector<std::int32_t> partition_tets_in_parallel(MPI_Comm comm, std::span<co
         counts.push_back(static_cast<int>(share(r + 1) - share(r)));
         places.push_back(static_cast<int>(share(r)));
     }
+    const PetscInt* found = nullptr;
+    LIVETET_PETSC(ISGetIndices(of_mine.get(), &found));
+    const std::vector<std::int32_t> mine(found, found + counts[rank]);
+    LIVETET_PETSC(ISRestoreIndices(of_mine.get(), &found));
     std::vector<std::int32_t> all(tets.size());
-    const PetscInt* mine = nullptr;
-    LIVETET_PETSC(ISGetIndices(of_mine.get(), &mine));
-    MPI_Allgatherv(mine, counts[rank], MPIU_INT, all.data(), counts.data(), places.data(), MPIU_INT,
-                   comm);
-    LIVETET_PETSC(ISRestoreIndices(of_mine.get(), &mine));
+    MPI_Allgatherv(mine.data(), counts[rank], MPI_INT32_T, all.data(), counts.data(), places.data(),
+                   MPI_INT32_T, comm);
     return all;
 }
 
