@@ -432,7 +432,7 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
     std::vector<std::vector<std::int32_t>> parts;
     if (ranks > 1) parts = partition_levels(comm, scene_body.hierarchy, scene.solver.partitioner);
     scene_body.partition_s = seconds_since(start);
-    scene_body.hierarchy.parents.clear();
+    scene_body.hierarchy.parents.clear();  // used for the partition only
     if (const SolverKind kind = resolved_kind(options.kind, scene_body.hierarchy.levels.size());
         kind != SolverKind::multigrid && kind != SolverKind::live) {
         MeshHierarchy& h =

@@ -12,13 +12,14 @@ namespace livetet {
 /// work.
 constexpr std::size_t worthwhile_tets_a_rank = 5000;
 
-/// A level of a solve: its size, the memory of its part of the solve, and of its mesh, bytes.
+/// A level of a solve by multigrid, and the memory that it takes on one rank.
 struct LevelSize {
     std::size_t tets = 0, nodes = 0;
-    double bytes = 0, mesh_bytes = 0;
+    double bytes = 0;       ///< operator, elements, vectors: what ranks share
+    double mesh_bytes = 0;  ///< the whole mesh with its transfer and parts, which every rank holds
 };
 
-/// Of a level with an assembled operator, by its numbers of blocks, tets and nodes.
+/// The size of a level, its memory estimated from the numbers of its blocks, tets and nodes.
 LevelSize size_of_level(const TetMesh& mesh);
 
 /// The largest rank's memory in `solve`, bytes, estimated.
@@ -29,8 +30,8 @@ struct RankMemory {
     double sum() const { return own + whole + program; }
 };
 
-/// Of `levels`, the finest first, on so many ranks. Within a tenth of what boxes of 20,000 to 1.4
-/// million P1 tets took on 1 to 8 ranks.
+/// The memory of a solve on so many ranks; `levels`: the finest first. Boxes of 20,000 to 1.4
+/// million P1 tets took what this says on 1 to 8 ranks, within a tenth.
 RankMemory memory_of_rank(std::span<const LevelSize> levels, int ranks);
 
 }  // namespace livetet

@@ -19,7 +19,7 @@ std::vector<std::int32_t> partition_tets(std::span<const Tet> tets, int parts);
 
 /// The same by PTScotch (C. Chevalier and F. Pellegrini, PT-Scotch, 2008), each rank working on a
 /// share of the tets, which all of them hold. On another number of ranks the answer may be another.
-/// Collective.
+/// Throws Error where PETSc has 64-bit indices. Collective.
 std::vector<std::int32_t> partition_tets_in_parallel(MPI_Comm comm, std::span<const Tet> tets,
                                                      int parts);
 
