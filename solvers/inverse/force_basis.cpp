@@ -35,12 +35,24 @@ std::vector<Vector3> ForceBasis::force(const Eigen::VectorXd& p, std::size_t nod
     return f;
 }
 
-Eigen::VectorXd ForceBasis::project(std::span<const Vector3> x) const {
-    Eigen::VectorXd projected = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(size()));
-    for (std::size_t j = 0; j < columns_.size(); ++j) {
-        const Column& c = columns_[j];
+Eigen::MatrixXd ForceBasis::matrix(std::size_t nodes) const {
+    const auto count = static_cast<Eigen::Index>(size());
+    Eigen::MatrixXd b = Eigen::MatrixXd::Zero(3 * static_cast<Eigen::Index>(nodes), count);
+    for (Eigen::Index j = 0; j < count; ++j) {
+        const Column& c = columns_[static_cast<std::size_t>(j)];
         for (std::size_t k = 0; k < c.nodes.size(); ++k)
-            projected[static_cast<Eigen::Index>(j)] += c.shares[k] * x[c.nodes[k]][c.axis];
+            b(3 * c.nodes[k] + c.axis, j) += c.shares[k];
+    }
+    return b;
+}
+
+Eigen::MatrixXd ForceBasis::project(const Eigen::MatrixXd& fields) const {
+    const auto count = static_cast<Eigen::Index>(size());
+    Eigen::MatrixXd projected = Eigen::MatrixXd::Zero(count, fields.cols());
+    for (Eigen::Index j = 0; j < count; ++j) {
+        const Column& c = columns_[static_cast<std::size_t>(j)];
+        for (std::size_t k = 0; k < c.nodes.size(); ++k)
+            projected.row(j) += c.shares[k] * fields.row(3 * c.nodes[k] + c.axis);
     }
     return projected;
 }

@@ -30,8 +30,10 @@ class ForceBasis {
 
     /// f = B p for a body of so many nodes, N.
     std::vector<Vector3> force(const Eigen::VectorXd& p, std::size_t nodes) const;
-    /// B^T x for a field x of the body's nodes.
-    Eigen::VectorXd project(std::span<const Vector3> x) const;
+    /// B for a body of so many nodes: three rows a node.
+    Eigen::MatrixXd matrix(std::size_t nodes) const;
+    /// B^T X for fields of the body's nodes: one a column, three rows a node.
+    Eigen::MatrixXd project(const Eigen::MatrixXd& fields) const;
     /// Sum of the nodal forces, N.
     Vector3 total(const Eigen::VectorXd& p) const;
 

@@ -93,17 +93,13 @@ SurfaceRegistration::SurfaceRegistration(DeformableBody& body, std::span<const V
     body_.set_displacement(u_);
     body_.linearise();
     find_responses();
-    shape_.resize(n, n);
-    std::vector<Vector3> column(rest_.size());
-    for (Eigen::Index j = 0; j < n; ++j) {
-        Eigen::Map<Eigen::VectorXd>(column.front().data(), responses_.rows()) = responses_.col(j);
-        shape_.col(j) = basis_.project(column);
+    shape_ = basis_.project(responses_);
+    for (Eigen::Index j = 0; j < n; ++j)
         if (!(shape_(j, j) > 0))
             fail(
                 "surface registration: column {} of the force basis moves nothing, expected free "
                 "nodes: are its {} nodes fixed?",
                 j, basis_.column(static_cast<std::size_t>(j)).nodes.size());
-    }
     shape_ = (shape_ + shape_.transpose()).eval() / 2;
     prior_ = Eigen::MatrixXd::Zero(all, all);
     if (options_.prior_energy_J) set_energy(*options_.prior_energy_J);
@@ -123,19 +119,11 @@ PointPose SurfaceRegistration::pose_at(const Eigen::VectorXd& q) const {
 }
 
 void SurfaceRegistration::find_responses() {
-    responses_.resize(3 * std::ssize(rest_), forces_count());
-    std::vector<Vector3> x;
-    for (Eigen::Index j = 0; j < forces_count(); ++j) {
-        const std::vector<Vector3> f =
-            basis_.force(Eigen::VectorXd::Unit(forces_count(), j), rest_.size());
-        const LinearReport report = body_.response(f, options_.linear_tolerance, x);
-        if (!report.converged)
-            fail(
-                "surface registration: the response to column {} ended with {} after {} "
-                "iterations",
-                j, report.reason, report.iterations);
-        responses_.col(j) = Eigen::Map<const Eigen::VectorXd>(x.front().data(), responses_.rows());
-    }
+    const LinearReport report =
+        body_.responses(basis_.matrix(rest_.size()), options_.linear_tolerance, responses_);
+    if (!report.converged)
+        fail("surface registration: the responses to forces ended with {} after {} iterations",
+             report.reason, report.iterations);
     is_fresh_ = true;
 }
 
@@ -259,6 +247,12 @@ bool SurfaceRegistration::choose_energy(const Fitted& fitted) {
     return !is_kept;
 }
 
+Eigen::VectorXd SurfaceRegistration::force_gradient(std::span<const Vector3> by_u) const {
+    if (!is_fresh_) return adjoint_gradient(body_, basis_, by_u, options_.linear_tolerance);
+    return responses_.transpose() *
+           Eigen::Map<const Eigen::VectorXd>(by_u.front().data(), responses_.rows());
+}
+
 SurfaceRegistration::Step SurfaceRegistration::next_step(const Fitted& fitted) {
     const double l2 = fitted.landmark_scale * fitted.landmark_scale;
     std::vector<Vector3> by_u = misfit_gradient(fitted.matches, rest_.size());
@@ -269,8 +263,7 @@ SurfaceRegistration::Step SurfaceRegistration::next_step(const Fitted& fitted) {
             by_u[place.nodes[k]] += place.weights[k] / l2 * fitted.offsets[l];
     }
     Eigen::VectorXd gradient = prior_ * q_;
-    gradient.head(forces_count()) +=
-        adjoint_gradient(body_, basis_, by_u, options_.linear_tolerance);
+    gradient.head(forces_count()) += force_gradient(by_u);
     if (seeks_pose())
         gradient.tail<pose_size>() +=
             pose_gradient(fitted.matches, points_, landmarks_, fitted.offsets, fitted.pose,
@@ -391,8 +384,11 @@ double sharing_points(std::span<const Vector3> points, double length) {
 
 SurfaceRegistrationReport SurfaceRegistration::fit(std::span<const Vector3> points,
                                                    std::span<const Landmark> landmarks) {
-    constexpr Eigen::Index few_columns = 30;  // as cheap as two Newton iterations
+    constexpr Eigen::Index few_columns = 30;  // one by one as cheap as two Newton iterations
     constexpr int max_choices = 25;           // of E0: then it stays, so that J has a minimum
+    // A factorisation takes all columns at once.
+    const bool always_renews =
+        forces_count() <= few_columns || body_.linear_solver().kind() == SolverKind::direct;
     points_.assign(points.begin(), points.end());
     landmarks_.assign(landmarks.begin(), landmarks.end());
     if (!has_centre_) {  // the pose's coordinates keep their meaning from frame to frame
@@ -410,8 +406,8 @@ SurfaceRegistrationReport SurfaceRegistration::fit(std::span<const Vector3> poin
     report.rms_before_m = fitted.matches.rms;
     report.reason = "the iterations allowed are used up";
     while (report.iterations < options_.max_iterations) {
-        body_.linearise();
-        if (renew || forces_count() <= few_columns) {
+        if (!is_fresh_) body_.linearise();
+        if (!is_fresh_ && (renew || always_renews)) {
             find_responses();
             ++report.renewals;
         }
@@ -449,8 +445,10 @@ SurfaceRegistrationReport SurfaceRegistration::fit(std::span<const Vector3> poin
 
 SurfacePosterior SurfaceRegistration::posterior() {
     if (points_.empty()) fail("surface registration: found no fit, expected one before posterior");
-    body_.linearise();
-    find_responses();
+    if (!is_fresh_) {
+        body_.linearise();
+        find_responses();
+    }
     const Eigen::MatrixXd g = rows(at(q_, u_, {}));
     SurfacePosterior posterior;
     posterior.covariance = inverse_of(g.transpose() * g + prior_);

@@ -91,8 +91,9 @@ struct SurfacePosterior {
 ///
 /// Gauss-Newton: the gradient is the adjoint's at each iterate; the Hessian is
 /// G^T W G / nu + R / E0 + P with the rows G_i = n_i . (sum_k w_k U_k, -dT c_i/dm), U = K^-1 B the
-/// responses. With up to 30 columns U is found anew in each iteration. With more it is kept, across
-/// frames too, until a step falls short of what it predicts: then U is the larger part of the work.
+/// responses. With up to 30 columns, or where the body's solver is a factorisation, U is found anew
+/// in each iteration. Else it is kept, across frames too, until a step falls short of what it
+/// predicts: then U is the larger part of the work.
 /// A step is limited to 4 % of the body's diagonal and halved until J falls. Mestdagh and Cotin
 /// (2022), "An optimal control problem for elastic registration and force estimation in augmented
 /// surgery", solve the same problem by L-BFGS on nodal forces.
@@ -152,6 +153,8 @@ class SurfaceRegistration {
               std::optional<double> scale) const;
     /// One row a residual, so that the Hessian of the misfits is rows^T rows.
     Eigen::MatrixXd rows(const Fitted& fitted) const;
+    /// Of the misfits by the coefficients of the forces. `by_u`: by the displacement.
+    Eigen::VectorXd force_gradient(std::span<const Vector3> by_u) const;
     Step next_step(const Fitted& fitted);
     /// Whether a share of the step lowered J; then it is taken.
     bool take(const Fitted& before, Step& step, SurfaceRegistrationReport& report);

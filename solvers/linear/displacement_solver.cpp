@@ -166,6 +166,15 @@ LinearReport DisplacementSolver::solve(Vec b, Vec /*b_p*/, Vec x, Vec /*x_p*/,
     return report;
 }
 
+bool DisplacementSolver::apply_factorisation(Mat B, Mat X) {
+    if (role_ != Role::solver || !preconditions_by(PCCHOLESKY)) return false;
+    set_up_preconditioner();
+    PC pc = nullptr;
+    LIVETET_PETSC(KSPGetPC(krylov_.get(), &pc));
+    LIVETET_PETSC(PCMatApply(pc, B, X));
+    return true;
+}
+
 int DisplacementSolver::go_on(Vec b, Vec x) {
     KSP ksp = krylov_.get();
     int more = 0;

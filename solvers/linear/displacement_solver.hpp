@@ -19,6 +19,7 @@ class DisplacementSolver : public LinearSolver {
 
     LinearReport solve(Vec b, Vec b_p, Vec x, Vec x_p, const LinearControls& controls,
                        std::span<const Unknowns> guesses) override;
+    bool apply_factorisation(Mat B, Mat X) override;
     int go_on(Vec b, Vec x) override;
     LevelAssembler& fine() override { return *levels_.front(); }
     int level_count() const override { return static_cast<int>(levels_.size()); }

@@ -147,6 +147,12 @@ class LinearSolver {
                                std::span<const Unknowns> guesses = {}) = 0;
     static constexpr int max_guesses = 2;
 
+    /// X = A^-1 B for the columns of dense matrices, up to rounding, if the preconditioner is a
+    /// factorisation of A: all columns go through its triangles at once, which takes a fraction of
+    /// the time of one after the other. Else returns false and leaves X as it is. Displacement
+    /// form.
+    virtual bool apply_factorisation(Mat /*B*/, Mat /*X*/) { return false; }
+
     /// After `krylov()` was run from outside, on A x = b: if its preconditioner was too poor and
     /// the solver has another, goes on from x with that, and keeps it. Returns the iterations that
     /// this took. `solve` does so by itself.

@@ -56,15 +56,17 @@ class DeformableBody {
     StepReport advance(double dt, const FrameControls& controls);
 
     /// Linearises the forces at the present state: assembles the exact tangent K = d f_int / du,
-    /// with springs, for `response`. Any step, or a change of constraints or springs, ends its
+    /// with springs, for `responses`. Any step, or a change of constraints or springs, ends its
     /// validity. Throws Error if the body is dynamic. Collective.
     void linearise();
-    /// x with K x = b, m, for a force b at each node, N, by the tangent of the last `linearise`:
-    /// the change of an equilibrium by a small extra force. Constrained components are zero; their
-    /// forces are passed over. K is symmetric, in the mixed form with the pressures eliminated too,
-    /// so that this is its own adjoint. Throws Error if `force` is of another number of nodes.
-    LinearReport response(std::span<const Vector3> force, double relative_tolerance,
-                          std::vector<Vector3>& displacement);
+    /// X with K X = B, m, for forces B, N, by the tangent of the last `linearise`: the changes of
+    /// an equilibrium by small extra forces. Each column has three numbers for each node of the
+    /// whole mesh. Constrained components are zero; their forces are passed over. K is symmetric,
+    /// in the mixed form with the pressures eliminated too, so that this is its own adjoint. The
+    /// report is that of the last column, or of the first that did not converge, where it ends.
+    /// Throws Error if `forces` is of another number of nodes. Collective.
+    LinearReport responses(const Eigen::MatrixXd& forces, double relative_tolerance,
+                           Eigen::MatrixXd& displacements);
 
     /// Takes up the state of a body on the same mesh and of the same scheme. Throws Error if that
     /// is of another scheme or form.

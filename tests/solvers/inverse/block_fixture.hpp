@@ -8,6 +8,11 @@
 
 namespace livetet::test {
 
+/// Three numbers a node, as one column.
+inline Eigen::VectorXd as_column(const std::vector<Vector3>& field) {
+    return Eigen::Map<const Eigen::VectorXd>(field.front().data(), 3 * std::ssize(field));
+}
+
 /// A block of 80 x 80 x 40 mm, fixed below, that is pulled about the middle of its top.
 struct PulledBlock {
     MeshHierarchy hierarchy = make_hierarchy({block({6, 6, 3}, Vector3(0.08, 0.08, 0.04))}, "it");
@@ -19,10 +24,10 @@ struct PulledBlock {
     DeformableBody body;
 
     explicit PulledBlock(const ModelChoice& model,
-                         Formulation formulation = Formulation::displacement, double stiffer = 1)
+                         Formulation formulation = Formulation::displacement, double stiffer = 1,
+                         SolverKind kind = SolverKind::direct)
         : materials{{.young_Pa = 3000 * stiffer, .poisson = 0.4}},
-          body({PETSC_COMM_SELF, hierarchy}, {materials, model, formulation}, {},
-               {.kind = SolverKind::direct}) {
+          body({PETSC_COMM_SELF, hierarchy}, {materials, model, formulation}, {}, {.kind = kind}) {
         Constraints constraints(mesh().nodes.size());
         constraints.prescribe(nodes_where(mesh(), [](const Vector3& x) { return x.z() < 1e-9; }),
                               Vector3::Zero());

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "base/error.hpp"
+#include "solvers/inverse/block_fixture.hpp"
 #include "support/shapes.hpp"
 
 namespace livetet {
@@ -44,7 +45,9 @@ TEST_F(ForceBasisTest, ProjectionIsTheTranspose) {
     const auto f = basis.force(p, mesh.nodes.size());
     double work = 0;
     for (std::size_t n = 0; n < f.size(); ++n) work += f[n].dot(mesh.nodes[n]);
-    EXPECT_NEAR(p.dot(basis.project(mesh.nodes)), work, 1e-14);
+    const Eigen::VectorXd places = test::as_column(mesh.nodes);
+    EXPECT_NEAR(p.dot(basis.project(places).col(0)), work, 1e-14);
+    EXPECT_NEAR((basis.matrix(mesh.nodes.size()) * p).dot(places), work, 1e-14);
 }
 
 TEST_F(ForceBasisTest, SmoothForcesReachEveryNodeAndNoOther) {

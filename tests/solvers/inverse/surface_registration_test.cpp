@@ -280,7 +280,8 @@ TEST_F(SurfaceRegistrationPoseTest, PosteriorOfALinearBodyIsThatOfLeastSquares) 
         information += row * row.transpose();
     }
     for (int j = 0; j < 3; ++j)
-        for (int k = 0; k < 3; ++k) information(j, k) += uniform.project(u[k])[j] / 1e-3;  // R / E0
+        for (int k = 0; k < 3; ++k)
+            information(j, k) += uniform.project(test::as_column(u[k]))(j, 0) / 1e-3;  // R / E0
     const Eigen::Matrix3d expected = information.inverse();
     EXPECT_LT((posterior.covariance - expected).norm(), 1e-3 * expected.norm());
     // A flat face says more of forces across it than of those along it.
