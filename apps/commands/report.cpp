@@ -93,10 +93,10 @@ RunReport report_tracked(const ReportArguments& arguments,
 
 RunReport report_solved(const ReportArguments& arguments,
                         std::shared_ptr<const ResultReader> result) {
-    if (!arguments.truth.empty())
-        fail("--truth: {} holds no tracked poses, expected the result of livetet track",
-             arguments.result.string());
-    const auto report = std::make_shared<SolveReport>(make_solve_report(*result, arguments.result));
+    std::optional<Truth> truth;
+    if (!arguments.truth.empty()) truth = read_truth(arguments.truth);
+    const auto report = std::make_shared<SolveReport>(
+        make_solve_report(*result, arguments.result, truth ? &*truth : nullptr));
     RunReport run{verdicts(*report), report_text(*report), report_json(*report), {}, {}, {}};
     run.page = [report](std::span<const PagePicture> pictures, const std::string& why) {
         return report_page(*report, pictures, why);
@@ -107,7 +107,7 @@ RunReport report_solved(const ReportArguments& arguments,
         mesh.node_sets["fixed"] = report->fixed;
         write_organ_picture(folder / "body.png", mesh, result->displacement(report->largest_frame),
                             fmt::format("at {:.4g} {}", result->times_s()[report->largest_frame],
-                                        report->is_static() ? "of the load" : "s"));
+                                        report->has_load_shares() ? "of the load" : "s"));
     };
     run.pictures = {
         {"body.png", "The body at rest and where it moved farthest, coloured by displacement"}};

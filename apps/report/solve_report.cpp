@@ -13,6 +13,7 @@
 #include "base/error.hpp"
 #include "config/yaml.hpp"
 #include "mesh/hex_grid.hpp"
+#include "mesh/quadratic.hpp"
 
 namespace livetet {
 
@@ -124,12 +125,42 @@ std::vector<std::pair<std::string, std::string>> run_rows(const SolveReport& r) 
                           fmt::format("{:.0f} MB at the peak, all ranks", r.run->peak_bytes / 1e6));
         if (!r.run->version.empty()) rows.emplace_back("livetet", r.run->version);
     }
-    rows.emplace_back("kept", r.is_static()
+    rows.emplace_back("kept", r.has_load_shares()
                                   ? fmt::format("{}, at {:.4g} to {:.4g} of the load",
                                                 counted(r.frames, "frame"), r.first_s, r.last_s)
                                   : fmt::format("{}, {:.4g} to {:.4g} s",
                                                 counted(r.frames, "frame"), r.first_s, r.last_s));
     return rows;
+}
+
+}  // namespace
+
+namespace {
+
+SolvedTargets compare_with_truth(const ResultReader& result, const Truth& truth) {
+    constexpr double least_motion = 0.003;  // m
+    SolvedTargets found{.depth_mm = 1e3 * truth.depths.back(), .targets = truth.targets.size()};
+    std::vector<Vector3> rest;
+    for (const TruthTarget& t : truth.targets) rest.push_back(t.position);
+    const std::vector<Vector3> u =
+        PointSampler(result.mesh(), rest).sample(result.displacement(result.frame_count() - 1));
+    double squares = 0, rigid_squares = 0;
+    for (std::size_t i = 0; i < u.size(); ++i) {
+        const Vector3& motion = truth.targets[i].displacement.back();
+        if (motion.norm() <= least_motion) continue;
+        ++found.moving;
+        const double error = (u[i] - motion).norm();
+        squares += error * error;
+        rigid_squares += motion.squaredNorm();
+        found.worst_mm = std::max(found.worst_mm, 1e3 * error);
+    }
+    if (found.moving == 0)
+        fail("--truth: none of its {} targets moves by more than 3 mm, expected some",
+             found.targets);
+    const auto moving = static_cast<double>(found.moving);
+    found.rms_mm = 1e3 * std::sqrt(squares / moving);
+    found.rigid_rms_mm = 1e3 * std::sqrt(rigid_squares / moving);
+    return found;
 }
 
 }  // namespace
@@ -141,7 +172,8 @@ std::vector<const SolvedStep*> SolvedRun::kept_steps() const {
     return kept;
 }
 
-SolveReport make_solve_report(const ResultReader& result, const std::filesystem::path& source) {
+SolveReport make_solve_report(const ResultReader& result, const std::filesystem::path& source,
+                              const Truth* truth) {
     if (result.frame_count() == 0)
         fail("{}: holds no frame, expected at least one", source.string());
     SolveReport r{.source = source.string(),
@@ -164,6 +196,8 @@ SolveReport make_solve_report(const ResultReader& result, const std::filesystem:
             r.largest_frame = k;
         }
     }
+    if (truth) r.truth = compare_with_truth(result, *truth);
+    r.is_sweep = r.frames > 1 && result.has_text("registration");
     if (!result.has_text("solve")) return r;
     r.run = with_context(r.source + ": description of the solve",
                          [&] { return parse_run(result.text("solve")); });
@@ -215,6 +249,13 @@ std::vector<std::string> verdicts(const SolveReport& r) {
                   "The body moves by {:.3f} mm at most, {:.3f} mm in the last of {} frames.",
                   r.largest_mm, r.last_mm, r.frames)
             : fmt::format("The body moves by {:.3f} mm at most.", r.largest_mm));
+    if (r.truth)
+        sentences.push_back(fmt::format(
+            "Against the truth pressed by {:.0f} mm, the {} of {} targets that move more than 3 mm "
+            "are {:.2f} mm RMS off in the last frame, {:.2f} mm at most; without deformation "
+            "{:.2f} mm RMS.",
+            r.truth->depth_mm, r.truth->moving, r.truth->targets, r.truth->rms_mm,
+            r.truth->worst_mm, r.truth->rigid_rms_mm));
     sentences.insert(sentences.end(), r.beyond_model.begin(), r.beyond_model.end());
     return sentences;
 }
@@ -255,6 +296,10 @@ std::string report_json(const SolveReport& r) {
                         {"last_s", r.last_s},
                         {"largest_displacement_mm", r.largest_mm},
                         {"last_displacement_mm", r.last_mm}};
+    if (r.truth)
+        out["targets"] = {{"depth_mm", r.truth->depth_mm}, {"targets", r.truth->targets},
+                          {"moving", r.truth->moving},     {"rms_mm", r.truth->rms_mm},
+                          {"worst_mm", r.truth->worst_mm}, {"rigid_rms_mm", r.truth->rigid_rms_mm}};
     if (r.run) {
         ordered_json steps = ordered_json::array(), forces = ordered_json::object();
         for (const SolvedStep& s : r.run->steps)

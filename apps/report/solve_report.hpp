@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/phantom/truth_file.hpp"
 #include "apps/report/report_parts.hpp"
 #include "io/result_file.hpp"
 
@@ -35,6 +36,14 @@ struct SolvedRun {
     std::vector<const SolvedStep*> kept_steps() const;
 };
 
+/// The last frame against the truth of a phantom at its deepest press, mm.
+struct SolvedTargets {
+    double depth_mm = 0;
+    std::size_t targets = 0, moving = 0;  ///< in all; those that move by more than 3 mm
+    double rms_mm = 0, worst_mm = 0;      ///< at those that move
+    double rigid_rms_mm = 0;              ///< the same without deformation
+};
+
 /// Report of a result of `livetet solve`.
 struct SolveReport {
     std::string source, scene_text;
@@ -49,12 +58,17 @@ struct SolveReport {
     std::vector<std::string>
         beyond_model{};                ///< of the largest frame: what cannot be meant; locking
     std::vector<ExplainedPart> parts;  ///< parts built and left out; empty if unknown
+    std::optional<SolvedTargets> truth{};
+    bool is_sweep = false;  ///< frames are fits of a sweep (register --live), at times in s
 
-    bool is_static() const { return run && run->is_static; }
+    /// Times are shares of the load, not s.
+    bool has_load_shares() const { return run && run->is_static && !is_sweep; }
 };
 
-/// Makes a report. Throws Error if the result has no frames, or an inconsistent description.
-SolveReport make_solve_report(const ResultReader& result, const std::filesystem::path& source);
+/// Makes a report; `truth`: of the phantom, or null. Throws Error if the result has no frames, or
+/// an inconsistent description, and if no target of the truth moves.
+SolveReport make_solve_report(const ResultReader& result, const std::filesystem::path& source,
+                              const Truth* truth = nullptr);
 
 /// Sentences on convergence and on the motion of the body.
 std::vector<std::string> verdicts(const SolveReport& report);

@@ -287,8 +287,42 @@ time: {scheme: newmark, step_s: 0.01, duration_s: 0.3}
     ASSERT_EQ(livetet(folder, "report result.h5 --no-pictures").status, 0);
     EXPECT_NE(text_of(folder / "result.report/report.txt").find("REPORT OF A SOLVE"),
               std::string::npos);
-    expect_refused(livetet(folder, "report result.h5 --truth figures.json"),
-                   {"--truth", "no tracked poses"});
+    expect_refused(livetet(folder, "report result.h5 --truth figures.json"), {"figures.json"});
+}
+
+/// Targets 0, 1, 2, 3 move by 0, 2, 4, 6 mm in truth; the result moves all by 4 mm.
+TEST(SolveReport, ComparesItsLastFrameWithTheDeepestPressOfATruth) {
+    const Folder folder;
+    const TetMesh mesh = test::block({2, 2, 2}, {0.1, 0.1, 0.1});
+    Truth truth;
+    truth.depths = {0.005, 0.01};
+    for (int i = 0; i < 4; ++i) {
+        const Vector3 down(0, 0, -0.002 * i);
+        truth.targets.push_back(
+            {fmt::format("T{}", i), Vector3(0.02 + 0.02 * i, 0.05, 0.05), {down / 2, down}});
+    }
+    truth.samples.push_back({});
+    write_truth(folder / "truth.json", truth);
+    ResultWriter writer(folder / "result.h5", mesh, "");
+    for (const double z : {-0.001, -0.004})
+        writer.append(-z, std::vector<Vector3>(mesh.nodes.size(), Vector3(0, 0, z)));
+    writer.close();
+    const auto outcome =
+        livetet(folder, "report result.h5 --truth truth.json --json figures.json --no-pictures");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const json targets = json::parse(text_of(folder / "figures.json"))["targets"];
+    EXPECT_EQ(targets["moving"], 2);
+    EXPECT_EQ(targets["targets"], 4);
+    EXPECT_NEAR(targets["depth_mm"].get<double>(), 10, 1e-9);
+    EXPECT_NEAR(targets["rms_mm"].get<double>(), std::sqrt(2.0), 1e-6);
+    EXPECT_NEAR(targets["worst_mm"].get<double>(), 2, 1e-6);
+    EXPECT_NEAR(targets["rigid_rms_mm"].get<double>(), std::sqrt(26.0), 1e-6);
+    EXPECT_NE(outcome.out.find("1.41 mm"), std::string::npos) << outcome.out;
+    for (TruthTarget& t : truth.targets)
+        for (Vector3& u : t.displacement) u /= 10;
+    write_truth(folder / "truth.json", truth);
+    expect_refused(livetet(folder, "report result.h5 --truth truth.json"),
+                   {"--truth", "4 targets", "3 mm"});
 }
 
 TEST(SolveReport, OfAResultThatSaysLittleSaysWhatItMayAndOfOneThatIsDamagedNothing) {
