@@ -114,10 +114,10 @@ RegistrationRun run_registration(const RegistrationCell& cell, const PulledOrgan
             return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
         };
         const DeformedOrgan found =
-            register_deformation(scene, body, constraints, measured,
-                                 [&](double /*fraction*/, std::string_view /*what*/) {
-                                     if (run.first_s == 0) run.first_s = seconds();
-                                 });
+            DeformingRegistration(scene, body, constraints)
+                .finish(measured, [&](double /*fraction*/, std::string_view /*what*/) {
+                    if (run.first_s == 0) run.first_s = seconds();
+                });
         run.fit_s = seconds();
         run.converged = found.report.converged;
         run.is_stated = found.is_stated;

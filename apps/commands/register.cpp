@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "apps/commands/commands.hpp"
+#include "apps/commands/publish_option.hpp"
 #include "apps/commands/read_until_signal.hpp"
 #include "apps/commands/register_deform.hpp"
 #include "apps/live/expected_error.hpp"
@@ -240,8 +241,9 @@ void register_fiducials(const RegisterArguments& a) {
     if (a.tracker.empty() || a.image.empty())
         fail("{} is missing, expected --tracker and --image with fiducials, or --deform SCENE",
              a.tracker.empty() ? "--tracker" : "--image");
-    if (!a.landmarks.empty() || !a.registration.empty() || !a.json.empty())
-        fail("--landmarks, --registration and --json go with --deform SCENE");
+    if (!a.landmarks.empty() || !a.registration.empty() || !a.json.empty() || a.live ||
+        !a.publish.empty())
+        fail("--landmarks, --registration, --json, --live and --publish go with --deform SCENE");
     if (a.surface.empty() && !(a.surface_points.empty() && a.surface_frames.empty()))
         fail("--surface-points and --surface-frames lie on the organ, expected --surface FILE too");
     const std::string& touched = a.surface_points.empty() ? a.tracker : a.surface_points;
@@ -328,6 +330,11 @@ void add_deform_options(CLI::App* command, const std::shared_ptr<RegisterArgumen
                         "`livetet register`; none: they are in the image's frame. -o writes it "
                         "with the rigid motion that was found");
     command->add_option("--json", a->json, "--deform: also write the figures to this file");
+    command->add_flag("--live", a->live,
+                      "--deform: fit while the tip is led over the organ (--surface-points: a "
+                      "stream, or a recording, played at its own pace): each fit is shown, and is "
+                      "a frame of the result; Ctrl-C or --for ends the sweep of a stream");
+    command->add_option("--publish", a->publish, fmt::format("--live: {}", publish_help));
 }
 
 }  // namespace

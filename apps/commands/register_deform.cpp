@@ -8,14 +8,14 @@
 #include <numbers>
 #include <optional>
 
+#include "apps/commands/deform_result.hpp"
+#include "apps/commands/live_sweep.hpp"
+#include "apps/commands/publish_option.hpp"
 #include "apps/commands/read_until_signal.hpp"
 #include "apps/live/statement_record.hpp"
-#include "apps/live/tracker_source.hpp"
 #include "apps/scene/model_limits.hpp"
 #include "apps/scene/outputs.hpp"
-#include "apps/simulation/checkpoint.hpp"
 #include "apps/simulation/deforming_registration.hpp"
-#include "apps/simulation/result_fields.hpp"
 #include "apps/simulation/run_description.hpp"
 #include "base/counted.hpp"
 #include "base/error.hpp"
@@ -29,6 +29,11 @@ namespace livetet {
 namespace {
 
 using nlohmann::json;
+
+bool is_point_list(const std::string& name) {
+    const std::string end = ending(name);
+    return end == ".csv" || end == ".json" || end == ".fcsv";
+}
 
 void check_deform_arguments(const RegisterArguments& a) {
     if (a.surface_points.empty())
@@ -54,6 +59,19 @@ void check_deform_arguments(const RegisterArguments& a) {
             "FILE",
             a.output.string());
     if (!a.output.empty()) expect_ending("--output", a.output, ".json");
+    if (!a.publish.empty() && !a.live)
+        fail("--publish {}: has no effect without --live", a.publish);
+    if (!a.live) return;
+    if (is_point_list(a.surface_points))
+        fail(
+            "--live: {} is a list of points, expected openigtlink://host:port, a recording or a "
+            "script of a simulated tracker",
+            a.surface_points);
+    if (a.registration.empty())
+        fail("--live: found no --registration FILE, expected that of the tracker's frame");
+    if (!a.surface_frames.empty())
+        fail("--surface-frames {}: has no effect with --live, which takes the whole sweep",
+             a.surface_frames);
 }
 
 /// Landmarks that both lists name. Throws Error for a measured one that the image does not have.
@@ -71,17 +89,19 @@ std::vector<MeasuredLandmark> matched_landmarks(const RegisterArguments& a) {
     return matched;
 }
 
-/// Reads the points and maps them into the image by the registration, if there is one.
-MeasuredOrgan read_measured(RegisterArguments a,
-                            std::optional<FiducialRegistration>& registration) {
-    if (!a.registration.empty()) {
-        registration = read_registration(a.registration);
-        if (ending(a.surface_points) != ".csv" && ending(a.surface_points) != ".json" &&
-            ending(a.surface_points) != ".fcsv")
-            a.reference = registration->reference_tool;
-    }
-    MeasuredOrgan measured{a.surface_points, collect_surface_points(a, read_until_signal),
-                           matched_landmarks(a)};
+/// What the points are mapped by; the tool's poses are then taken in its frame.
+std::optional<FiducialRegistration> read_frame(RegisterArguments& a) {
+    if (a.registration.empty()) return {};
+    const FiducialRegistration registration = read_registration(a.registration);
+    if (!is_point_list(a.surface_points)) a.reference = registration.reference_tool;
+    return registration;
+}
+
+/// Landmarks, and the points unless they come later, in the image.
+MeasuredOrgan read_measured(const RegisterArguments& a,
+                            const std::optional<FiducialRegistration>& registration) {
+    MeasuredOrgan measured{a.surface_points, {}, matched_landmarks(a)};
+    if (!a.live) measured.points = collect_surface_points(a, read_until_signal);
     if (!registration) return measured;
     const auto& t = registration->image_from_base;
     for (Vector3& c : measured.points) c = t * c;
@@ -89,30 +109,34 @@ MeasuredOrgan read_measured(RegisterArguments a,
     return measured;
 }
 
-FrameStatement statement_of(const DeformedOrgan& found, PointFrame frame) {
-    FrameStatement statement;
-    for (const TargetSpread& t : found.targets) {
-        TargetStatement& s = statement.targets.emplace_back();
-        s.position = t.position;
-        s.covariance = t.covariance;
-        s.radius_95 = t.radius_95;
-        s.by_source[static_cast<std::size_t>(ErrorSource::fiducials)] = t.by_pose_m2;
-        s.by_source[static_cast<std::size_t>(ErrorSource::law)] = t.by_model_m2;
-    }
-    // The model's error is stated as one share of the motion, not by what causes it.
-    for (const ErrorSource source :
-         {ErrorSource::materials, ErrorSource::fixed, ErrorSource::elements})
-        statement.missing.add(source);
-    if (std::ranges::all_of(found.targets, [](const auto& t) { return t.by_model_m2 == 0; }))
-        statement.missing.add(ErrorSource::law);
-    if (frame == PointFrame::fixed) statement.missing.add(ErrorSource::fiducials);
-    return statement;
-}
+/// The points, and from when on they are all there.
+struct SweptPoints {
+    MeasuredOrgan measured;
+    double end_s = 1;
+    std::optional<double> first_step_s{};
+};
 
-std::vector<std::string> names_of_targets(const DeformedOrgan& found) {
-    std::vector<std::string> names;
-    for (const TargetSpread& t : found.targets) names.push_back(t.name);
-    return names;
+/// Fits while the tip is led over the surface.
+SweptPoints follow_sweep(const RegisterArguments& a, const Scene& scene, SceneBody& body,
+                         DeformingRegistration& registering, const FiducialRegistration& frame,
+                         const std::vector<MeasuredLandmark>& landmarks, ResultWriter* writer) {
+    constexpr double after_s = 0.001;  // of the last fit on the way: that of all points
+    std::optional<PublishOptions> publish;
+    take_publish(a.publish, publish);
+    LiveSweep live(a, scene, body, registering, frame, landmarks, {writer, publish});
+    const auto read = [&](const std::string& source, RecordingOptions options) {
+        const StopSignals signals;
+        options.stop = signals.token();
+        ProgressLine line(options.title);
+        options.show = [&](std::optional<double> fraction, std::string_view what) {
+            line.status()(fraction, fmt::format("{} | {}", live.text(), what));
+        };
+        options.watch = [&](const Recording& so_far) { live.take(so_far); };
+        return read_source(source, options);
+    };
+    const Recording recording = read_surface_sweep(a, read);
+    const double length_s = recording.samples.back().time_s - recording.samples.front().time_s;
+    return {live.measured(recording), length_s + after_s, live.first_step_s()};
 }
 
 double turn_deg(const DeformedOrgan& found) {
@@ -254,21 +278,6 @@ RunHistory history_of(const DeformedOrgan& found) {
     return history;
 }
 
-/// Writes the result file: the frame, the statement at the targets, and what was found.
-void write_deformed(const Scene& scene, const SceneBody& body, const FrameStatement& statement,
-                    const std::vector<std::string>& names, const std::string& solve,
-                    const std::string& found) {
-    if (!scene.output.has_file()) return;
-    ResultWriter writer(scene.output.file, body.mesh(), to_yaml(scene), Precision::full,
-                        PETSC_COMM_WORLD);
-    append_frame(writer, {1, body.body->displacement(), result_fields(scene, *body.body)});
-    append_statement(writer, statement);
-    if (!names.empty()) writer.write_text("targets", text_of_targets(names));
-    writer.write_text("solve", solve);
-    writer.write_text("registration", found);
-    writer.close();
-}
-
 void write_refined(const RegisterArguments& a, FiducialRegistration registration,
                    const DeformedOrgan& found, std::size_t points) {
     auto& t = registration.image_from_base;
@@ -284,9 +293,20 @@ void write_refined(const RegisterArguments& a, FiducialRegistration registration
     write_registration(a.output, registration);
 }
 
+/// Adds what is to be said of the state that the body is in.
+void describe_state(const Scene& scene, SceneBody& body, const SceneConstraints& constraints,
+                    RunFigures& figures) {
+    const std::vector<Vector3> displacement = body.body->displacement();
+    for (const Vector3& u : displacement)
+        figures.largest_displacement_m = std::max(figures.largest_displacement_m, u.norm());
+    figures.forces = constraints.forces(body.body->reactions(), displacement);
+    figures.inverted_tets = body.body->inverted_tets();
+    figures.beyond_model = beyond_model(scene, body.mesh(), displacement);
+}
+
 }  // namespace
 
-int register_deforming(const RegisterArguments& a) {
+int register_deforming(RegisterArguments a) {
     // 1. inputs
     PetscSession session("livetet", {});
     if (session.ranks() > 1) fail("register --deform: runs on one rank, found {}", session.ranks());
@@ -299,8 +319,8 @@ int register_deforming(const RegisterArguments& a) {
         refuse_to_overwrite(name, path, {a.surface_points, a.landmarks, a.registration, a.image});
     }
     session.add_options(scene.solver.petsc_options);
-    std::optional<FiducialRegistration> registration;
-    const MeasuredOrgan measured = read_measured(a, registration);
+    const std::optional<FiducialRegistration> registration = read_frame(a);
+    SweptPoints points{read_measured(a, registration)};
 
     // 2. mesh, body
     std::optional<ProgressLine> progress;
@@ -314,26 +334,42 @@ int register_deforming(const RegisterArguments& a) {
     const SceneConstraints constraints(scene, body.mesh());
     check_no_free_motion(scene, body.mesh(), constraints);
     figures.setup_s = seconds_since(start) - figures.mesh_s;
+    std::optional<ResultWriter> writer;
+    if (scene.output.has_file())
+        writer.emplace(scene.output.file, body.mesh(), to_yaml(scene), Precision::full,
+                       PETSC_COMM_WORLD);
 
     // 3. registration
     const PointFrame frame = deform_options(scene).frame;
-    const DeformedOrgan found =
-        register_deformation(scene, body, constraints, measured, progress->callback());
+    DeformingRegistration registering(scene, body, constraints);
+    if (a.live) {
+        progress.reset();
+        points = follow_sweep(a, scene, body, registering, *registration, points.measured.landmarks,
+                              writer ? &*writer : nullptr);
+        progress.emplace("register");
+    }
+    const MeasuredOrgan& measured = points.measured;
+    DeformedOrgan found = registering.finish(measured, progress->callback());
+    if (a.live) {
+        found.first_step_s = points.first_step_s.value_or(found.first_step_s);
+        if (!found.is_stated) registering.state_errors(found);  // every frame of a result has them
+    }
     progress.reset();
-    const std::vector<Vector3> displacement = body.body->displacement();
-    for (const Vector3& u : displacement)
-        figures.largest_displacement_m = std::max(figures.largest_displacement_m, u.norm());
-    figures.forces = constraints.forces(body.body->reactions(), displacement);
-    figures.inverted_tets = body.body->inverted_tets();
-    figures.beyond_model = beyond_model(scene, body.mesh(), displacement);
+    describe_state(scene, body, constraints, figures);
     const RunHistory history = history_of(found);
     figures.sum = sum_of(history);
 
     // 4. results
     json about = describe_run(scene, body, history, figures, 0);
     const json deform = describe_deform(found, measured, frame);
-    write_deformed(scene, body, statement_of(found, frame), names_of_targets(found), about.dump(),
-                   deform.dump());
+    if (writer) {
+        append_found(*writer, scene, body, found, points.end_s);
+        if (!found.targets.empty())
+            writer->write_text("targets", text_of_targets(names_of_targets(found)));
+        writer->write_text("solve", about.dump());
+        writer->write_text("registration", deform.dump());
+        writer->close();
+    }
     if (!a.output.empty()) write_refined(a, *registration, found, measured.points.size());
     about["registration"] = deform;
     if (!a.json.empty()) write_text_file(a.json, about.dump(2) + "\n");

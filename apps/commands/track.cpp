@@ -6,6 +6,7 @@
 
 #include "apps/commands/commands.hpp"
 #include "apps/commands/moved_targets.hpp"
+#include "apps/commands/publish_option.hpp"
 #include "apps/commands/report_result.hpp"
 #include "apps/commands/track_run.hpp"
 #include "apps/live/frame_loop.hpp"
@@ -68,23 +69,6 @@ json describe_run(const OpenSource& open, const FiducialRegistration& registrati
                          {"free_pieces", cut->free_pieces},
                          {"longest_ms", 1e3 * cut->longest_s}};
     return about;
-}
-
-/// "18945", "0.0.0.0:18945" or "[::]:18945".
-void take_publish(const std::string& text, std::optional<PublishOptions>& publish) {
-    if (text.empty()) return;
-    if (!publish) publish.emplace();
-    const std::size_t colon = text.rfind(':');
-    std::string address = colon == std::string::npos ? "" : text.substr(0, colon);
-    if (address.starts_with('[') && address.ends_with(']'))
-        address = address.substr(1, address.size() - 2);
-    if (!address.empty()) publish->address = address;
-    const std::string port = colon == std::string::npos ? text : text.substr(colon + 1);
-    const bool digits = !port.empty() && port.size() <= 5 &&
-                        port.find_first_not_of("0123456789") == std::string::npos;
-    if (!digits || std::stoi(port) > 65535)
-        fail("--publish {}: expected a port from 0 to 65535, or ADDRESS:PORT", text);
-    publish->port = std::stoi(port);
 }
 
 /// What a run needs, read and checked before anything runs.
@@ -308,9 +292,7 @@ int replay(const TrackArguments& arguments, const std::vector<std::string>& pets
 }  // namespace
 
 void add_track_options(CLI::App& command, TrackArguments& arguments) {
-    command.add_option("--publish", arguments.publish,
-                       "serve the deformed surface, tools and status by OpenIGTLink on this port, "
-                       "or ADDRESS:PORT; only this machine can connect unless an address is given");
+    command.add_option("--publish", arguments.publish, publish_help);
     command.add_option("--for", arguments.length_s, "stop after this time in seconds")
         ->check(CLI::PositiveNumber);
     command.add_flag(

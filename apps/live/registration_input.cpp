@@ -14,7 +14,6 @@
 #include "io/hierarchy_file.hpp"
 #include "io/points_csv.hpp"
 #include "io/text.hpp"
-#include "io/tip_file.hpp"
 #include "tracking/dwell.hpp"
 
 namespace livetet {
@@ -42,20 +41,6 @@ std::vector<FrameWindow> parse_windows(const std::string& text, const char* opti
         begin = end + 1;
     }
     return windows;
-}
-
-ToolTip tip_of(const RegisterArguments& a, const std::string& source) {
-    if (a.tip.empty() == a.tip_mm.empty())
-        fail(
-            "{}: points that a tool touches need its tip, expected --tip FILE (of `livetet "
-            "calibrate pivot`) or "
-            "--tip-mm X Y Z",
-            source);
-    if (!a.tip.empty()) return read_tip(a.tip, a.tool);
-    ToolTip tip{a.tool, {}, {}};
-    tip.pivot.tool_from_tip.translation =
-        Eigen::Vector3d(a.tip_mm[0], a.tip_mm[1], a.tip_mm[2]) / 1e3;
-    return tip;
 }
 
 DwellOptions dwell_options(const RegisterArguments& a) {
@@ -203,6 +188,20 @@ CollectedFiducials collect_fiducials(const RegisterArguments& a, const SourceRea
     return fiducials;
 }
 
+ToolTip tip_of(const RegisterArguments& a, const std::string& source) {
+    if (a.tip.empty() == a.tip_mm.empty())
+        fail(
+            "{}: points that a tool touches need its tip, expected --tip FILE (of `livetet "
+            "calibrate pivot`) or "
+            "--tip-mm X Y Z",
+            source);
+    if (!a.tip.empty()) return read_tip(a.tip, a.tool);
+    ToolTip tip{a.tool, {}, {}};
+    tip.pivot.tool_from_tip.translation =
+        Eigen::Vector3d(a.tip_mm[0], a.tip_mm[1], a.tip_mm[2]) / 1e3;
+    return tip;
+}
+
 std::vector<Eigen::Vector3d> places_in_image(const FiducialRegistration& r) {
     std::vector<Eigen::Vector3d> places;
     for (const RegisteredFiducial& f : r.fiducials) places.push_back(f.in_image);
@@ -235,6 +234,12 @@ void reorder_touched(CollectedFiducials& fiducials, const std::vector<std::size_
     }
 }
 
+Recording read_surface_sweep(const RegisterArguments& a, const SourceReader& read) {
+    const std::string& source = a.surface_points.empty() ? a.tracker : a.surface_points;
+    (void)tip_of(a, source);  // throws before the tool is led over the surface
+    return read_poses(a, read, source, "surface");
+}
+
 std::vector<Eigen::Vector3d> collect_surface_points(const RegisterArguments& a,
                                                     const SourceReader& read) {
     const std::string& source = a.surface_points.empty() ? a.tracker : a.surface_points;
@@ -249,10 +254,15 @@ std::vector<Eigen::Vector3d> collect_surface_points(const RegisterArguments& a,
                  a.surface_frames);
         return positions_of(read_point_list(source));
     }
+    return surface_points_of(a, read_surface_sweep(a, read));
+}
+
+std::vector<Eigen::Vector3d> surface_points_of(const RegisterArguments& a,
+                                               const Recording& recording) {
+    const std::string& source = a.surface_points.empty() ? a.tracker : a.surface_points;
     std::vector<FrameWindow> windows;
     if (!a.surface_frames.empty()) windows = parse_windows(a.surface_frames, "--surface-frames");
     const RigidTransform<Tool, Tip> tool_from_tip = tip_of(a, source).tool_from_tip();
-    const Recording recording = read_poses(a, read, source, "surface");
     return with_context(
         source, [&] { return tip_places(recording, tool_from_tip, windows, dwell_options(a)); });
 }

@@ -8,6 +8,7 @@
 #include "apps/live/tracker_recorder.hpp"
 #include "io/registration_file.hpp"
 #include "io/surface_file.hpp"
+#include "io/tip_file.hpp"
 #include "tracking/fiducials.hpp"
 
 namespace livetet {
@@ -28,6 +29,8 @@ struct RegisterArguments {
     double surface_left_out = 0.1;
     std::filesystem::path scene;  ///< --deform
     std::filesystem::path landmarks, registration, json;
+    bool live = false;  ///< fit while the tip is led over the surface
+    std::string publish;
 };
 
 /// The fiducials in the image and in the frame of the tracker (and of the reference sensor), with
@@ -57,10 +60,22 @@ void reorder_touched(CollectedFiducials& fiducials, const std::vector<std::size_
 /// A list of named points: .mrk.json, .fcsv or .csv, m.
 std::vector<NamedPoint> read_point_list(const std::filesystem::path& path);
 
+/// The tip of the tool that touches points. `source`: what needs it. Throws Error if it is not
+/// given, or given twice.
+ToolTip tip_of(const RegisterArguments& a, const std::string& source);
+
+/// The poses of the tool that is led over the surface, and of the reference sensor. Throws Error if
+/// the tip is not known.
+Recording read_surface_sweep(const RegisterArguments& a, const SourceReader& read);
+
 /// Points touched on the organ's surface, in the frame of the registration: from a list, or the
 /// tip's positions in a recording or stream.
 std::vector<Eigen::Vector3d> collect_surface_points(const RegisterArguments& a,
                                                     const SourceReader& read);
+
+/// The tip's positions in a recording, likewise.
+std::vector<Eigen::Vector3d> surface_points_of(const RegisterArguments& a,
+                                               const Recording& recording);
 
 /// The organ's surface in the image: the boundary of the finest level of a mesh hierarchy (.h5),
 /// else a surface file.

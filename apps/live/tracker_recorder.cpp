@@ -134,26 +134,36 @@ class Saving {
     double due_s_ = steady_seconds() + options_.save_every_s;
 };
 
-/// Waits until the requested time is over or a stop is requested. Requests tools as they come if
-/// none were asked for. Returns the names that are no tools.
-std::vector<std::string> wait_for_end(TrackerSource& source, const SampleLog& log,
+/// Waits a moment, or for the next sample of a file; false after its last one.
+bool wait_a_moment(const OpenSource& open) {
+    if (!open.is_streaming()) return open.source->next() != nullptr;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    return true;
+}
+
+/// Waits until the requested time is over, a stop is requested, or a file ends. Requests tools as
+/// they come if none were asked for. Returns the names that are no tools.
+std::vector<std::string> wait_for_end(const OpenSource& open, const SampleLog& log,
                                       const RecordingOptions& options) {
+    TrackerSource& source = *open.source;
     const double began_s = steady_seconds();
     Rate rate;
     Saving saving(options);
     std::vector<std::string> others;
-    while (!options.stop.stop_requested()) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    while (!options.stop.stop_requested() && wait_a_moment(open)) {
         if (options.tools.empty()) others = follow_all(source);
         const double seconds = steady_seconds() - log.first_s().value_or(began_s);
         const std::size_t samples = log.size();
         const std::string text = status_text(source.status(), samples, rate(samples));
-        if (options.show && options.length_s)
+        if (options.show && !open.is_streaming())
+            options.show(static_cast<double>(samples) / static_cast<double>(open.samples), text);
+        else if (options.show && options.length_s)
             options.show(std::min(1.0, seconds / *options.length_s), text);
         else if (options.show)
             options.show({}, text + " (Ctrl-C ends it)");
         if (options.length_s && seconds >= *options.length_s) break;
         saving.in_time(source, log);
+        if (options.watch && samples > 0) options.watch(log.recording(source.tools()));
     }
     return others;
 }
@@ -169,12 +179,13 @@ std::vector<std::string> wait_for_end(TrackerSource& source, const SampleLog& lo
          names, status.refused > 0 ? fmt::format(" ({})", status.refusal) : "");
 }
 
-TrackerRecording record_stream(const std::string& name, const RecordingOptions& options) {
+/// Of a stream, or of a file that is played.
+TrackerRecording record_played(const std::string& name, const RecordingOptions& options) {
     SampleLog log;
     const OpenSource open =
         open_source(name, options.tools, {1, [&](const StreamSample& s) { log.keep(s); }});
     TrackerRecording received;
-    received.left_out = wait_for_end(*open.source, log, options);
+    received.left_out = wait_for_end(open, log, options);
     const SourceStatus status = open.source->status();
     received.recording = log.recording(open.source->tools());
     if (received.recording.samples.empty()) refuse_nothing(name, options.tools, status);
@@ -204,7 +215,7 @@ Recording part_of(Recording whole, const RecordingOptions& options) {
 }  // namespace
 
 TrackerRecording record_tracker(const std::string& source, const RecordingOptions& options) {
-    if (is_stream(source)) return record_stream(source, options);
+    if (is_stream(source) || options.watch) return record_played(source, options);
     Recording recording = read_stored(source).recording;
     return {with_context(source, [&] { return part_of(std::move(recording), options); })};
 }

@@ -20,6 +20,9 @@ struct RecordingOptions {
     std::function<void(const Recording&)>
         save{};                ///< of a stream: called repeatedly with all samples so far
     double save_every_s = 10;  ///< less often if saving takes long
+    /// Called again and again, by the thread that records, with all samples so far. A file is then
+    /// played at its own pace.
+    std::function<void(const Recording&)> watch{};
 };
 
 /// A recording, and what is not in it.
@@ -30,10 +33,10 @@ struct TrackerRecording {
         left_out{};  ///< names that are no tools, such as "StylusTipToReference"
 };
 
-/// Records a source (see `open_source`): a stream as it comes, until
-/// `options.length_s` is over or `options.stop` asks for it; a file at once. The recording of a
-/// stream begins with the first sample in which a tool comes and ends with the last. Throws Error
-/// if nothing came, with the reason, or if a file lacks a requested tool.
+/// Records a source (see `open_source`): a stream as it comes, until `options.length_s` is over or
+/// `options.stop` asks for it; a file at once, unless it is watched. The recording of a stream
+/// begins with the first sample in which a tool comes and ends with the last. Throws Error if
+/// nothing came, with the reason, or if a file lacks a requested tool.
 TrackerRecording record_tracker(const std::string& source, const RecordingOptions& options);
 
 /// Like `record_tracker`, but throws Error if a requested tool never came.

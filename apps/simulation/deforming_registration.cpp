@@ -17,12 +17,6 @@ namespace {
 
 constexpr std::size_t default_centres = 20;
 
-/// Forces that are sought, and how to name them.
-struct SoughtForces {
-    ForceBasis basis;
-    std::vector<std::string> names;  ///< of each column
-};
-
 /// Nodes of the surface that may take a force: not held. `nodes`: sorted; empty: all.
 std::vector<std::int32_t> free_surface(const TetMesh& mesh, const SceneConstraints& constraints,
                                        const std::optional<std::vector<std::int32_t>>& nodes) {
@@ -96,21 +90,6 @@ RigidTransform<ImageFrame, ImageFrame> motion_of(const PointPose& pose) {
     return {rotation, pose.centre + pose.translation - rotation * pose.centre};
 }
 
-/// Throws Error if the deformed surface does not go through the points.
-void refuse_other_surface(const DeformOptions& deform, const MeasuredOrgan& measured,
-                          const DeformedOrgan& found) {
-    constexpr double most = 3;  // standard deviations: half of normal errors are within 0.67
-    const SurfaceRegistrationReport& r = found.report;
-    const bool goes_on = !r.converged && r.iterations == deform.max_iterations;
-    if (goes_on || r.median_m < most * deform.point_error_mm / 1e3) return;
-    fail(
-        "{}: the points are not of this surface, deformed as deform.forces allows: {:.1f} mm "
-        "(median) from it ({:.1f} mm RMS where it is moved rigidly), expected less than {:.1f} mm "
-        "for deform.point_error_mm = {:g}",
-        measured.source, 1e3 * r.median_m, 1e3 * found.rigid_rms_m, most * deform.point_error_mm,
-        deform.point_error_mm);
-}
-
 /// `model_share`: standard deviation of the model's own error along an axis, of the displacement.
 TargetSpread spread_at(const SurfaceRegistration& registration, const SurfacePosterior& posterior,
                        const BodyPlace& place, double model_share) {
@@ -132,24 +111,18 @@ TargetSpread spread_at(const SurfaceRegistration& registration, const SurfacePos
     return spread;
 }
 
-void state_targets(const Scene& scene, const DeformOptions& deform, const TetMesh& mesh,
-                   const SurfaceRegistration& registration, const SurfacePosterior& posterior,
-                   DeformedOrgan& found) {
+/// The places of each target of the scene, with its name.
+std::vector<std::pair<std::string, std::vector<BodyPlace>>> places_of_targets(
+    const Scene& scene, const DeformOptions& deform, const TetMesh& mesh) {
     std::vector<Target> targets;
     if (!deform.targets.empty())
         targets = read_targets(deform.targets, "deform.targets", mesh);
     else if (scene.track)
         targets = read_targets(scene, mesh);
-    for (const Target& target : targets) {
-        TargetSpread worst;
-        for (const BodyPlace& place : places_in(mesh, target.places)) {
-            TargetSpread spread =
-                spread_at(registration, posterior, place, deform.model_error_percent / 100);
-            if (spread.radius_95 >= worst.radius_95) worst = std::move(spread);
-        }
-        worst.name = target.name;
-        found.targets.push_back(std::move(worst));
-    }
+    std::vector<std::pair<std::string, std::vector<BodyPlace>>> places;
+    for (const Target& target : targets)
+        places.emplace_back(target.name, places_in(mesh, target.places));
+    return places;
 }
 
 /// What the points determine, and what they do not.
@@ -170,7 +143,7 @@ void state_posterior(const SoughtForces& sought, const SurfacePosterior& posteri
     for (Eigen::Index j = 0; j < n; ++j)
         if (posterior.force_ratio[j] > open_ratio)
             found.open_forces.push_back(sought.names[static_cast<std::size_t>(j)]);
-    found.is_stated = true;
+    found.is_stated = found.report.converged;
 }
 
 }  // namespace
@@ -189,67 +162,115 @@ void check_deform_scene(const Scene& scene) {
         refuse("gravity_m_per_s2", "what changes from the image, where gravity acts already");
 }
 
-DeformedOrgan register_deformation(const Scene& scene, SceneBody& body,
-                                   const SceneConstraints& constraints,
-                                   const MeasuredOrgan& measured,
-                                   const ProgressCallback& progress) {
-    // 1. what is sought, and whether the points may be of this organ
-    const DeformOptions deform = deform_options(scene);
-    const TetMesh& mesh = body.mesh();
-    const SoughtForces sought = sought_forces(deform, mesh, constraints);
-    const TriangleMesh surface{mesh.nodes, boundary_triangles(mesh.tets)};
-    const std::size_t motions = deform.frame == PointFrame::fixed ? 0 : 6;
-    check_measured(measured, surface, sought.basis.size() + motions);
+DeformingRegistration::DeformingRegistration(const Scene& scene, SceneBody& body,
+                                             const SceneConstraints& constraints)
+    : scene_(scene),
+      body_(body),
+      deform_(deform_options(scene)),
+      surface_{mesh().nodes, boundary_triangles(mesh().tets)},
+      sought_(sought_forces(deform_, mesh(), constraints)),
+      targets_(places_of_targets(scene, deform_, mesh())) {
+    Stopwatch watch;
+    body_.body->set_constraints(constraints.constraints());
+    body_.body->set_springs(constraints.springs());
+    SurfaceRegistrationOptions options = registration_options(deform_);
+    options.progress = [this](double fraction, std::string_view what) {
+        if (progress_) progress_(fraction, what);
+    };
+    registration_ = std::make_unique<SurfaceRegistration>(
+        *body_.body, mesh().nodes, surface_.triangles, sought_.basis, options);
+    set_up_s_ = watch.lap();
+}
 
-    // 2. the rigid part's start
-    DeformedOrgan found;
-    const SurfaceFit rigid = fit_rigidly(measured, surface);
-    found.rigid_rms_m = rigid.rms_after;
-    std::vector<Vector3> points = measured.points;
-    std::vector<Landmark> landmarks;
+void DeformingRegistration::check(const MeasuredOrgan& measured) const {
+    const std::size_t motions = deform_.frame == PointFrame::fixed ? 0 : 6;
+    check_measured(measured, surface_, sought_.basis.size() + motions);
+}
+
+DeformingRegistration::PlacedPoints DeformingRegistration::placed(
+    const MeasuredOrgan& measured) const {
+    PlacedPoints placed{measured.points, {}};
     std::vector<Vector3> at_rest;
     for (const MeasuredLandmark& l : measured.landmarks) at_rest.push_back(l.at_rest);
     if (!at_rest.empty()) {
-        const std::vector<BodyPlace> places = places_in(mesh, at_rest);
+        const std::vector<BodyPlace> places = places_in(mesh(), at_rest);
         for (std::size_t i = 0; i < places.size(); ++i)
-            landmarks.push_back({places[i], measured.landmarks[i].measured});
+            placed.landmarks.push_back({places[i], measured.landmarks[i].measured});
     }
-    if (deform.frame == PointFrame::surface) {
-        found.image_from_points = rigid.image_from_start;
-        for (Vector3& c : points) c = rigid.image_from_start * c;
-        for (Landmark& l : landmarks) l.measured = rigid.image_from_start * l.measured;
-    }
+    if (!start_) return placed;
+    for (Vector3& c : placed.points) c = *start_ * c;
+    for (Landmark& l : placed.landmarks) l.measured = *start_ * l.measured;
+    return placed;
+}
 
-    // 3. fit
+DeformedOrgan DeformingRegistration::fit(const MeasuredOrgan& measured,
+                                         std::optional<int> max_iterations,
+                                         const ProgressCallback& progress) {
+    DeformedOrgan found;
+    const SurfaceFit rigid = fit_rigidly(measured, surface_);
+    found.rigid_rms_m = rigid.rms_after;
+    if (deform_.frame == PointFrame::surface && !start_) start_ = rigid.image_from_start;
+    const PlacedPoints points = placed(measured);
     const auto start = std::chrono::steady_clock::now();
-    SurfaceRegistrationOptions options = registration_options(deform);
-    options.progress = [&](double fraction, std::string_view what) {
-        if (found.first_step_s == 0) found.first_step_s = seconds_since(start);
+    progress_ = [&](double fraction, std::string_view what) {
+        if (found.first_step_s == 0) found.first_step_s = set_up_s_ + seconds_since(start);
         if (progress) progress(fraction, what);
     };
-    body.body->set_constraints(constraints.constraints());
-    body.body->set_springs(constraints.springs());
-    SurfaceRegistration registration(*body.body, mesh.nodes, surface.triangles, sought.basis,
-                                     options);
-    found.report =
-        with_context(measured.source, [&] { return registration.fit(points, landmarks); });
-    found.fit_s = seconds_since(start);
-    found.image_from_points = motion_of(registration.pose()) * found.image_from_points;
-    refuse_other_surface(deform, measured, found);
+    found.report = with_context(measured.source, [&] {
+        return registration_->fit(points.points, points.landmarks, max_iterations);
+    });
+    progress_ = {};
+    found.fit_s = set_up_s_ + seconds_since(start);
+    set_up_s_ = 0;
+    found.image_from_points = motion_of(registration_->pose());
+    if (start_) found.image_from_points = found.image_from_points * *start_;
+    return found;
+}
 
-    // 4. what the points determine
+void DeformingRegistration::refuse_other_surface(const MeasuredOrgan& measured,
+                                                 const DeformedOrgan& found) const {
+    constexpr double most = 3;  // standard deviations: half of normal errors are within 0.67
+    const SurfaceRegistrationReport& r = found.report;
+    const bool goes_on = !r.converged && r.iterations == deform_.max_iterations;
+    if (goes_on || r.median_m < most * deform_.point_error_mm / 1e3) return;
+    fail(
+        "{}: the points are not of this surface, deformed as deform.forces allows: {:.1f} mm "
+        "(median) from it ({:.1f} mm RMS where it is moved rigidly), expected less than {:.1f} mm "
+        "for deform.point_error_mm = {:g}",
+        measured.source, 1e3 * r.median_m, 1e3 * found.rigid_rms_m, most * deform_.point_error_mm,
+        deform_.point_error_mm);
+}
+
+void DeformingRegistration::state_errors(DeformedOrgan& found) {
+    const SurfacePosterior posterior = registration_->posterior();
+    state_posterior(sought_, posterior, found);
+    for (const auto& [name, places] : targets_) {
+        TargetSpread worst;
+        for (const BodyPlace& place : places) {
+            TargetSpread spread =
+                spread_at(*registration_, posterior, place, deform_.model_error_percent / 100);
+            if (spread.radius_95 >= worst.radius_95) worst = std::move(spread);
+        }
+        worst.name = name;
+        worst.position =
+            worst.place.of(mesh().nodes) + worst.place.of(registration_->displacement());
+        found.targets.push_back(std::move(worst));
+    }
+}
+
+DeformedOrgan DeformingRegistration::finish(const MeasuredOrgan& measured,
+                                            const ProgressCallback& progress) {
+    check(measured);
+    DeformedOrgan found = fit(measured, {}, progress);
+    refuse_other_surface(measured, found);
     if (found.report.converged) {
         if (progress) progress(1, "what the points determine");
-        const SurfacePosterior posterior = registration.posterior();
-        state_posterior(sought, posterior, found);
-        state_targets(scene, deform, mesh, registration, posterior, found);
+        state_errors(found);
     }
-
-    // 5. equilibrium to the scene's tolerance
-    body.body->set_external_force(registration.forces());
-    found.equilibrium = body.body->solve(0, solve_controls(scene));
-    const std::vector<Vector3> u = body.body->displacement();
-    for (TargetSpread& t : found.targets) t.position = t.place.of(mesh.nodes) + t.place.of(u);
+    body_.body->set_external_force(registration_->forces());
+    found.equilibrium = body_.body->solve(0, solve_controls(scene_));
+    const std::vector<Vector3> u = body_.body->displacement();
+    for (TargetSpread& t : found.targets) t.position = t.place.of(mesh().nodes) + t.place.of(u);
     return found;
 }
 

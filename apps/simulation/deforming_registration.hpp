@@ -1,7 +1,9 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/scene/body_factory.hpp"
@@ -34,8 +36,7 @@ struct DeformedOrgan {
     double rigid_rms_m = 0;   ///< of the points from the surface at rest, best rigid motion
     double fit_s = 0;         ///< time of the fit
     double first_step_s = 0;  ///< and of its set-up and first iteration
-    // What the points determine; only where the fit converged:
-    bool is_stated = false;
+    bool is_stated = false;   ///< the fit converged: what follows counts
     double total_force_radius_95_N = 0;
     std::size_t directions = 0;            ///< independent directions of the forces
     std::size_t open_directions = 0;       ///< those of which the points say nothing
@@ -54,12 +55,58 @@ DeformOptions deform_options(const Scene& scene);
 /// nodes or a dynamic scheme.
 void check_deform_scene(const Scene& scene);
 
+/// Patterns of forces that are sought, and how to name them.
+struct SoughtForces {
+    ForceBasis basis;
+    std::vector<std::string> names;  ///< of each column
+};
+
 /// Finds the forces on the stated part of the boundary, the displacement of all nodes and, unless
-/// the frame is fixed, the rigid motion that bring the organ's surface to measured points. The body
-/// is left at the equilibrium found. Throws Error for points that check_measured refuses, and where
-/// the surface that the fit ends with is not that of the points. Collective.
-DeformedOrgan register_deformation(const Scene& scene, SceneBody& body,
-                                   const SceneConstraints& constraints,
-                                   const MeasuredOrgan& measured, const ProgressCallback& progress);
+/// the frame is fixed, the rigid motion that bring the organ's surface to measured points. Fits may
+/// follow each other, as more points come: each starts from the last one's result. To use it: `fit`
+/// and `state_errors` as often as wanted; at the end `finish`. All are collective.
+class DeformingRegistration {
+  public:
+    /// Constrains the body as the scene says. Scene and body must outlive this. Throws Error for a
+    /// zone of forces without free nodes of the surface, and for targets that are not in the body.
+    DeformingRegistration(const Scene& scene, SceneBody& body, const SceneConstraints& constraints);
+
+    /// Throws Error, naming their source, if the points cannot be of this organ at rest or
+    /// deformed, or are too few for what is sought.
+    void check(const MeasuredOrgan& measured) const;
+    /// The body is left at the equilibrium found. `max_iterations`: none: as the scene says. Throws
+    /// Error as SurfaceRegistration::fit does.
+    DeformedOrgan fit(const MeasuredOrgan& measured, std::optional<int> max_iterations = {},
+                      const ProgressCallback& progress = {});
+    /// Adds what the points determine, and the targets, linearised where the last fit ended.
+    void state_errors(DeformedOrgan& found);
+    /// Checks the points, fits them to the end, states the errors if that converged, and brings the
+    /// body to equilibrium to the scene's tolerance. Throws Error where the surface that the fit
+    /// ends with is not that of the points, too.
+    DeformedOrgan finish(const MeasuredOrgan& measured, const ProgressCallback& progress = {});
+
+  private:
+    /// Points and landmarks about which the pose is sought.
+    struct PlacedPoints {
+        std::vector<Vector3> points;
+        std::vector<Landmark> landmarks;
+    };
+    const TetMesh& mesh() const { return body_.mesh(); }
+    PlacedPoints placed(const MeasuredOrgan& measured) const;
+    void refuse_other_surface(const MeasuredOrgan& measured, const DeformedOrgan& found) const;
+
+    const Scene& scene_;
+    SceneBody& body_;
+    const DeformOptions deform_;
+    const TriangleMesh surface_;  ///< at rest
+    const SoughtForces sought_;
+    /// By name; of a region some places.
+    const std::vector<std::pair<std::string, std::vector<BodyPlace>>> targets_;
+    std::unique_ptr<SurfaceRegistration> registration_;
+    ProgressCallback progress_;  ///< of the present fit
+    /// frame: surface: maps points to where the first ones fit the organ at rest best.
+    std::optional<RigidTransform<ImageFrame, ImageFrame>> start_;
+    double set_up_s_ = 0;  ///< of the construction, until the first fit counts it
+};
 
 }  // namespace livetet

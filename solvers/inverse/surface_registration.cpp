@@ -383,7 +383,8 @@ double sharing_points(std::span<const Vector3> points, double length) {
 }  // namespace
 
 SurfaceRegistrationReport SurfaceRegistration::fit(std::span<const Vector3> points,
-                                                   std::span<const Landmark> landmarks) {
+                                                   std::span<const Landmark> landmarks,
+                                                   std::optional<int> max_iterations) {
     constexpr Eigen::Index few_columns = 30;  // one by one as cheap as two Newton iterations
     constexpr int max_choices = 25;           // of E0: then it stays, so that J has a minimum
     // A factorisation takes all columns at once.
@@ -405,7 +406,8 @@ SurfaceRegistrationReport SurfaceRegistration::fit(std::span<const Vector3> poin
         fitted = at(q_, u_, far);
     report.rms_before_m = fitted.matches.rms;
     report.reason = "the iterations allowed are used up";
-    while (report.iterations < options_.max_iterations) {
+    const int allowed = max_iterations.value_or(options_.max_iterations);
+    while (report.iterations < allowed) {
         if (!is_fresh_) body_.linearise();
         if (!is_fresh_ && (renew || always_renews)) {
             find_responses();
@@ -426,7 +428,7 @@ SurfaceRegistrationReport SurfaceRegistration::fit(std::span<const Vector3> poin
             (took || is_fresh_) && !changed && !lowered && step.size < options_.tolerance_m;
         if (options_.progress)
             options_.progress(
-                static_cast<double>(report.iterations) / options_.max_iterations,
+                static_cast<double>(report.iterations) / allowed,
                 fmt::format("iteration {}: {:.2f} mm RMS, last step {:.2f} mm", report.iterations,
                             1e3 * fitted.matches.rms, 1e3 * step.taken * step.size));
         if (report.converged) {

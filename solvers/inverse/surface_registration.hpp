@@ -116,9 +116,11 @@ class SurfaceRegistration {
 
     /// Throws Error for points that SurfaceMisfit refuses, and where their median distance from the
     /// surface is more than half of the body's diagonal: then unit or frame are others. If the
-    /// report says that it did not converge, the body is at the best equilibrium found. Collective.
+    /// report says that it did not converge, the body is at the best equilibrium found.
+    /// `max_iterations`: none: that of the options. Collective.
     SurfaceRegistrationReport fit(std::span<const Vector3> points,
-                                  std::span<const Landmark> landmarks = {});
+                                  std::span<const Landmark> landmarks = {},
+                                  std::optional<int> max_iterations = {});
 
     /// Of the last `fit`. Collective: finds the responses at the result.
     SurfacePosterior posterior();

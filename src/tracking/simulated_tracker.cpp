@@ -117,6 +117,22 @@ RigidTransform<Tracker, Tool> true_pivoting_tool(const SimulatedTrackerOptions& 
     return tracker_from_tool;
 }
 
+namespace {
+
+/// Pose of a tool in a hand, its tip at this place of the tracker.
+RigidTransform<Tracker, Tool> held_tool(const SimulatedTrackerOptions& options, const Vector3d& tip,
+                                        double time_s) {
+    RigidTransform<Tracker, Tool> tracker_from_tool;
+    tracker_from_tool.rotation = AngleAxisd(0.35 * wave(time_s, 3.1), Vector3d::UnitX()) *
+                                 AngleAxisd(0.35 * wave(time_s, 2.3), Vector3d::UnitY()) *
+                                 tool_upright();
+    tracker_from_tool.translation =
+        tip - tracker_from_tool.rotation * options.tool_from_tip.translation;
+    return tracker_from_tool;
+}
+
+}  // namespace
+
 RigidTransform<Tracker, Tool> true_touching_tool(const SimulatedTrackerOptions& options,
                                                  std::span<const Vector3d> points_in_image,
                                                  double time_s) {
@@ -131,13 +147,7 @@ RigidTransform<Tracker, Tool> true_touching_tool(const SimulatedTrackerOptions& 
         (1 - done) * points_in_image[k] + done * points_in_image[std::min(k + 1, last)];
     Vector3d tip = options.tracker_from_image_at_start * tip_in_image;
     tip.z() += 16 * options.lift * done * done * (1 - done) * (1 - done);
-    RigidTransform<Tracker, Tool> tracker_from_tool;
-    tracker_from_tool.rotation = AngleAxisd(0.35 * wave(time_s, 3.1), Vector3d::UnitX()) *
-                                 AngleAxisd(0.35 * wave(time_s, 2.3), Vector3d::UnitY()) *
-                                 tool_upright();
-    tracker_from_tool.translation =
-        tip - tracker_from_tool.rotation * options.tool_from_tip.translation;
-    return tracker_from_tool;
+    return held_tool(options, tip, time_s);
 }
 
 double touch_begins_s(const SimulatedTrackerOptions& options, std::size_t i) {
@@ -167,6 +177,19 @@ Recording simulate_touching(const SimulatedTrackerOptions& options,
                       return std::vector{pose_of(tracker_from_reference),
                                          pose_of(true_touching_tool(options, points_in_image, t))};
                   });
+}
+
+Recording simulate_sweep(const SimulatedTrackerOptions& options,
+                         std::span<const Vector3d> places_in_image) {
+    if (places_in_image.empty()) fail("simulated tracker: no places to sweep");
+    const auto last = static_cast<double>(places_in_image.size() - 1);
+    return record(options, {"Reference", "Stylus"}, last / options.rate_Hz, [&](double t) {
+        const auto tracker_from_image = true_tracker_from_image(options, t);
+        const auto k =
+            static_cast<std::size_t>(std::clamp(std::round(t * options.rate_Hz), 0.0, last));
+        return std::vector{pose_of(tracker_from_image * options.image_from_reference),
+                           pose_of(held_tool(options, tracker_from_image * places_in_image[k], t))};
+    });
 }
 
 Recording simulate_press(const SimulatedTrackerOptions& options) {

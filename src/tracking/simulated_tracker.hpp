@@ -96,6 +96,10 @@ Recording simulate_pivoting(const SimulatedTrackerOptions& options);
 /// Tools "Reference", "Stylus".
 Recording simulate_touching(const SimulatedTrackerOptions& options,
                             std::span<const Eigen::Vector3d> points_in_image);
+/// Tools "Reference", "Stylus": the tip is at the next of these places at each sample, on the organ
+/// that moves and turns. Throws Error if there are none.
+Recording simulate_sweep(const SimulatedTrackerOptions& options,
+                         std::span<const Eigen::Vector3d> places_in_image);
 /// Tools "Reference", "Sensor".
 Recording simulate_press(const SimulatedTrackerOptions& options);
 

@@ -170,6 +170,28 @@ TEST(Stream, WhatCameIsSavedAgainAndAgainWhileItIsRecorded) {
     EXPECT_EQ(read_sequence(folder / "saved.igs.mha").samples.size(), saved.back());
 }
 
+TEST(Stream, AWatchedFileIsPlayedAndIsTheSameInTheEnd) {
+    const Folder folder;
+    write_text(folder / "pivot.yaml", pivot_script);
+    const std::string file = (folder / "pivot.yaml").string();
+    std::vector<std::size_t> seen;
+    const auto start = steady_seconds();
+    const TrackerRecording watched = record_tracker(
+        file, {.tools = {"Reference", "Stylus"}, .watch = [&](const Recording& so_far) {
+                   EXPECT_EQ(so_far.tools.size(), 2U);
+                   seen.push_back(so_far.samples.size());
+               }});
+    EXPECT_GT(steady_seconds() - start, 3.9) << "at its own pace";
+    const Recording at_once = record_tracker(file, {.tools = {"Stylus"}}).recording;
+    ASSERT_GT(seen.size(), 10U);
+    EXPECT_TRUE(std::is_sorted(seen.begin(), seen.end()));
+    EXPECT_EQ(watched.recording.samples.size(), at_once.samples.size());
+    EXPECT_EQ(usable_poses(watched.recording, "Stylus").back().translation,
+              usable_poses(at_once, "Stylus").back().translation);
+    EXPECT_THROW((void)record_tracker(file, {.tools = {"Pointer"}, .watch = [](const auto&) {}}),
+                 Error);
+}
+
 TEST(Stream, TwoNamesThatDifferInTheirMetadataAloneAreTwoTools) {
     using namespace igtl::testing_sockets;
     ListeningPeer server;

@@ -132,6 +132,24 @@ TEST(SimulatedTracker, TipRestsOnEachPoint) {
     EXPECT_EQ(simulate_touching(options, points).samples.size(), 1u + 13 * 20);
 }
 
+TEST(SimulatedTracker, TipIsAtOnePlaceOfASweepASampleOnTheMovingOrgan) {
+    SimulatedTrackerOptions options = noiseless();
+    options.image_from_reference.translation = {0.01, 0.02, -0.03};
+    const std::vector<Vector3d> places{
+        {0, 0, 0}, {0.01, 0, 0}, {0.02, 0.003, 0}, {0.02, 0.01, 0.01}};
+    const Recording recording = simulate_sweep(options, places);
+    ASSERT_EQ(recording.tools, (std::vector<std::string>{"Reference", "Stylus"}));
+    ASSERT_EQ(recording.samples.size(), places.size());
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const auto image_from_tool =
+            options.image_from_reference *
+            tracker_from<Reference>(recording.samples[i].poses[0]).inverse() *
+            tracker_from<Tool>(recording.samples[i].poses[1]);
+        EXPECT_LT((image_from_tool * options.tool_from_tip.translation - places[i]).norm(), 1e-14);
+    }
+    EXPECT_THROW(simulate_sweep(options, {}), Error);
+}
+
 TEST(SimulatedTracker, RefusesARateOfZero) {
     SimulatedTrackerOptions options;
     options.rate_Hz = 0;
