@@ -21,7 +21,11 @@ say "4. the recording, played at its own pace"
 say "5. how far off it was: the report, with the truth that track never read"
 "$livetet" report result.h5 --truth truth/truth.json
 
-say "6. a resection: the same recording on a grid of the image's voxels, which a cut parts beside the sensor"
+say "6. the pressed organ once more, without a sensor: a stylus is led over it, and the deformation is found meanwhile"
+"$livetet" register --deform sweep.yaml --live --surface-points sweep.igs.mha --tip tip.json --registration registration.json
+"$livetet" report swept.h5 --truth truth/truth.json
+
+say "7. a resection: the same recording on a grid of the image's voxels, which a cut parts beside the sensor"
 "$livetet" track resection.yaml
 "$livetet" warp resection.h5 --image image.nii.gz --time 5 -o resection.nii.gz
 

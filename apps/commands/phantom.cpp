@@ -19,9 +19,11 @@ constexpr const char* contents = R"(What it makes in DIR:
   fiducials.igs.mha          Stylus touching the five fiducials in order; Reference
   press.igs.mha              Reference, and Sensor pressed in 15 mm three times while all moves
                              and turns
+  sweep.igs.mha              Reference, and Stylus led over the organ while a thin plate presses it
   targets.csv                eight places in the organ, whose error `livetet track` states
   scene.yaml, solve.yaml     ready for `livetet track` and `livetet solve`
   resection.yaml             the same for `livetet track`, on a grid of voxels with a cut
+  sweep.yaml                 ready for `livetet register --deform`
   truth/truth.json           what a report measures errors against; nothing else reads it)";
 
 constexpr const char* next_commands = R"(
@@ -32,6 +34,8 @@ next, in {0}:
       --image image_fiducials.mrk.json -o registration.json
   livetet track scene.yaml
   livetet report result.h5 --truth truth/truth.json
+  livetet register --deform sweep.yaml --live --surface-points sweep.igs.mha --tip tip.json \
+      --registration registration.json
   livetet track resection.yaml
 )";
 

@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "apps/phantom/phantom_shape.hpp"
+#include "apps/phantom/phantom_sweep.hpp"
 #include "apps/phantom/phantom_truth.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -146,6 +147,18 @@ PhantomRecordings record_phantom(const PhantomOptions& options,
     return recordings;
 }
 
+Recording record_sweep(const PhantomOptions& options, const TetMesh& mesh,
+                       std::span<const Vector3d> pressed) {
+    constexpr double speed = 0.06;  // m/s
+    TriangleMesh surface{mesh.nodes, boundary_triangles(mesh.tets)};
+    for (std::size_t n = 0; n < pressed.size(); ++n) surface.nodes[n] += pressed[n];
+    SimulatedTrackerOptions tracker = phantom_tracker(options);
+    tracker.seed = 4 * options.seed + 4;
+    SweepPath path;
+    path.step_m = speed / options.rate_Hz;
+    return simulate_sweep(tracker, sweep_path(surface, path));
+}
+
 Truth true_motion(const SimulatedTrackerOptions& tracker, const Recording& press) {
     Truth truth;
     truth.tip_in_tool = tracker.tool_from_tip.translation;
@@ -197,14 +210,18 @@ std::vector<fs::path> write_phantom(const fs::path& folder, const PhantomOptions
     Truth truth = true_motion(phantom_tracker(options), recordings.press);
     constexpr double edge_at_patch = 0.003;
     const FineSphere finer{truth.sensor_rest, 1.5 * truth.patch_radius, edge_at_patch};
-    solve_truth(with_quadratic_level(
-                    mesh_for_truth(images.labels, images.fixed_mask, options.truth_tets,
-                                   part_of(progress, 0.06, 0.2, "mesh of the truth"), finer)),
-                phantom::targets(), truth, part_of(progress, 0.2, 0.99, "truth"), {"neohookean"});
+    const MeshHierarchy meshed = with_quadratic_level(
+        mesh_for_truth(images.labels, images.fixed_mask, options.truth_tets,
+                       part_of(progress, 0.06, 0.2, "mesh of the truth"), finer));
+    const std::vector<Vector3d> pressed = solve_truth(
+        meshed, phantom::targets(), truth, part_of(progress, 0.2, 0.99, "truth"), {"neohookean"});
     write_truth(pending.add("truth/truth.json"), truth);
+    write_sequence(pending.add("sweep.igs.mha"),
+                   record_sweep(options, meshed.levels.front(), pressed));
     write_points_csv(pending.add("targets.csv"), marked_targets());
     write_text_file(pending.add("scene.yaml"), phantom_track_scene(truth));
     write_text_file(pending.add("resection.yaml"), phantom_resection_scene(truth));
+    write_text_file(pending.add("sweep.yaml"), phantom_sweep_scene(truth));
     write_text_file(pending.add("solve.yaml"), phantom_solve_scene(truth));
     const auto names = pending.commit();
     if (progress) progress(1, "done");

@@ -2,19 +2,22 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "apps/phantom/phantom_images.hpp"
 #include "apps/phantom/truth_file.hpp"
 #include "base/progress.hpp"
+#include "mesh/tet_mesh.hpp"
 #include "tracking/fiducials.hpp"
 #include "tracking/simulated_tracker.hpp"
 
 namespace livetet {
 
 /// Options of a phantom. The same options give the same files, except for the truth's
-/// displacements, which differ by the error of their mesh: Gmsh does not repeat meshes exactly.
+/// displacements and the sweep over the displaced surface, which differ by the error of their mesh:
+/// Gmsh does not repeat meshes exactly.
 struct PhantomOptions {
     std::uint64_t seed = 1;
     double spacing_mm = 1.5;
@@ -37,12 +40,18 @@ SimulatedTrackerOptions phantom_tracker(const PhantomOptions& options);
 PhantomRecordings record_phantom(const PhantomOptions& options,
                                  const std::vector<NamedPoint>& fiducials);
 
+/// The stylus swept over the upper side of the organ while a thin plate presses it to the last
+/// depth. `pressed`: displacement of the mesh's nodes there, m.
+Recording record_sweep(const PhantomOptions& options, const TetMesh& mesh,
+                       std::span<const Eigen::Vector3d> pressed);
+
 /// The truth behind the recordings, without the targets' displacements, which `solve_truth` adds.
 Truth true_motion(const SimulatedTrackerOptions& tracker, const Recording& press);
 
 /// Scene files of the phantom: `scene.yaml` for track, `resection.yaml` for track on a grid that is
-/// cut, `solve.yaml` for solve.
+/// cut, `sweep.yaml` for register --deform, `solve.yaml` for solve.
 std::string phantom_track_scene(const Truth& truth);
+std::string phantom_sweep_scene(const Truth& truth);
 std::string phantom_resection_scene(const Truth& truth);
 std::string phantom_solve_scene(const Truth& truth);
 

@@ -24,12 +24,14 @@ materials:                   # one for each region of the mesh; a liver is one r
 strain: neohookean           # keeps its volume as tissue does, at large strain and rotation
 )";
 
-constexpr const char* body_text =
-    R"(elements: P2                 # ten nodes: a tenth of the tetrahedra that four-node ones need for the same error
-
+constexpr const char* fix_text = R"(
 fix:
   - group: fixed             # the nodes under fixed_mask.nii.gz: the lower surface stays where it is
 )";
+
+constexpr const char* elements_text =
+    "elements: P2                 # ten nodes: a tenth of the tetrahedra that four-node ones need "
+    "for the same error\n";
 
 /// A scene of the recording: its first line, the mesh, what is between material and motion, and the
 /// result.
@@ -69,7 +71,7 @@ output:
 
 std::string phantom_track_scene(const Truth& truth) {
     return tracked(truth, "The liver phantom, followed in real time:   livetet track scene.yaml",
-                   mesh_text, body_text, "result.h5");
+                   mesh_text, fmt::format("{}{}", elements_text, fix_text), "result.h5");
 }
 
 std::string phantom_resection_scene(const Truth& truth) {
@@ -93,13 +95,36 @@ fix:
                    body, "resection.h5");
 }
 
+std::string phantom_sweep_scene(const Truth& truth) {
+    const Eigen::Vector3d place = 1e3 * truth.sensor_rest;
+    return fmt::format(
+        R"(# The pressed liver phantom, found from a stylus that is led over it, without a sensor on the organ:
+#     livetet register --deform sweep.yaml --live --surface-points sweep.igs.mha --tip tip.json --registration registration.json
+# `livetet scene` lists every key, its unit and its default; paths are relative to this file.
+{}{}{}
+deform:
+  forces:                    # the surgeon sees about where the organ is pressed
+    - sphere_mm: [{:.0f}, {:.0f}, {:.0f}, 25]     # centre (RAS) and radius
+  point_error_mm: 1.5        # of a swept point along the normal: tracker and mesh
+  targets:
+    - points: targets.csv    # places in the organ: each fit says how far off they may be
+
+solver:
+  kind: direct               # a factorisation serves all patterns of forces at once
+
+output:
+  file: swept.h5             # a frame a fit: the last one is that of all points
+)",
+        mesh_text, material_text, fix_text, place.x(), place.y(), place.z());
+}
+
 std::string phantom_solve_scene(const Truth& truth) {
     const Eigen::Vector3d place = 1e3 * truth.sensor_rest,
                           way = 1e3 * truth.depths.back() * truth.press_direction;
     return fmt::format(
         R"(# The liver phantom pressed once, without a tracker:   livetet solve solve.yaml
 # `livetet scene` lists every key, its unit and its default; paths are relative to this file.
-{}{}{}
+{}{}{}{}
 drive:
   - sphere_mm: [{:.2f}, {:.2f}, {:.2f}, {:.4g}]   # centre (RAS) and radius: about the sensor's place
     where: surface
@@ -116,7 +141,7 @@ solver:
 output:
   file: solved.h5            # with solved.xdmf beside it, for ParaView
 )",
-        mesh_text, material_text, body_text, place.x(), place.y(), place.z(),
+        mesh_text, material_text, elements_text, fix_text, place.x(), place.y(), place.z(),
         1e3 * truth.patch_radius, way.x(), way.y(), way.z(), 1e3 * truth.depths.back());
 }
 

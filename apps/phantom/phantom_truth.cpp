@@ -141,8 +141,9 @@ MeshHierarchy mesh_for_truth(const LabelImage& labels, const LabelImage& fixed_m
     return hierarchy;
 }
 
-void solve_truth(const MeshHierarchy& hierarchy, std::span<const NamedPoint> targets, Truth& truth,
-                 const ProgressCallback& progress, const TruthModel& model) {
+std::vector<Vector3> solve_truth(const MeshHierarchy& hierarchy,
+                                 std::span<const NamedPoint> targets, Truth& truth,
+                                 const ProgressCallback& progress, const TruthModel& model) {
     const TetMesh& mesh = hierarchy.levels.front();
     Material material;
     material.poisson = model.poisson;
@@ -175,6 +176,7 @@ void solve_truth(const MeshHierarchy& hierarchy, std::span<const NamedPoint> tar
         mesh.edge_nodes.empty() ? "P1" : "P2", mesh.nodes.size(), fixed->second.size(),
         pressed.size(), worst);
     if (progress) progress(1, "done");
+    return body.displacement();
 }
 
 }  // namespace livetet

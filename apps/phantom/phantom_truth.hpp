@@ -46,9 +46,11 @@ double flat_radius_of(const TruthModel& model, double outer_radius);
 /// Computes the targets' displacements at each of `truth.depths`: the equilibrium of a scene's
 /// default material but for the model's values, on P1 or P2 tets, with the set "fixed" at rest and
 /// the surface patch about `truth.sensor_rest` moved along `truth.press_direction` from one depth
-/// to the next. Fills truth.targets. Needs a PetscSession. Throws Error if the body does not come
-/// to rest.
-void solve_truth(const MeshHierarchy& hierarchy, std::span<const NamedPoint> targets, Truth& truth,
-                 const ProgressCallback& progress = {}, const TruthModel& model = {});
+/// to the next. Fills truth.targets; returns the displacement of the mesh's nodes at the last
+/// depth, m. Needs a PetscSession. Throws Error if the body does not come to rest.
+std::vector<Vector3> solve_truth(const MeshHierarchy& hierarchy,
+                                 std::span<const NamedPoint> targets, Truth& truth,
+                                 const ProgressCallback& progress = {},
+                                 const TruthModel& model = {});
 
 }  // namespace livetet
