@@ -25,8 +25,8 @@ say "6. the pressed organ once more, without a sensor: a stylus is led over it, 
 "$livetet" register --deform sweep.yaml --live --surface-points sweep.igs.mha --tip tip.json --registration registration.json
 "$livetet" report swept.h5 --truth truth/truth.json
 
-say "7. a resection: the same recording on a grid of the image's voxels, which a cut parts beside the sensor"
+say "7. a resection: on a grid of the image's voxels a tracked scalpel cuts the organ, then the sensor presses it beside the cut"
 "$livetet" track resection.yaml
-"$livetet" warp resection.h5 --image image.nii.gz --time 5 -o resection.nii.gz
+"$livetet" warp resection.h5 --image image.nii.gz --time 10 -o resection.nii.gz
 
 say "done: look at $demo/result.report (report.txt and pictures), watch it by $livetet view $demo/result.h5, or in ParaView $demo/result.xdmf"

@@ -22,7 +22,8 @@ constexpr const char* contents = R"(What it makes in DIR:
   sweep.igs.mha              Reference, and Stylus led over the organ while a thin plate presses it
   targets.csv                eight places in the organ, whose error `livetet track` states
   scene.yaml, solve.yaml     ready for `livetet track` and `livetet solve`
-  resection.yaml             the same for `livetet track`, on a grid of voxels with a cut
+  resection.igs.mha          Reference, Scalpel that cuts the organ, and Sensor pressed in twice
+  resection.yaml             ready for `livetet track`, on a grid of voxels that Scalpel cuts
   sweep.yaml                 ready for `livetet register --deform`
   truth/truth.json           what a report measures errors against; nothing else reads it)";
 

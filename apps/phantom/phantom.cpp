@@ -131,6 +131,24 @@ SimulatedTrackerOptions phantom_tracker(const PhantomOptions& options) {
     return t;
 }
 
+namespace {
+
+/// A vertical blade cuts from y to -y beside the sensor while the organ is at rest; then the sensor
+/// is pressed twice.
+Recording record_resection(const PhantomOptions& options) {
+    SimulatedTrackerOptions tracker = phantom_tracker(options);
+    tracker.seed = 1'000'000 + options.seed;
+    tracker.rest_s = 8;
+    tracker.presses = 2;
+    // The edge ends 44 mm below the sensor's place; the disc that is pressed ends 12 mm before it.
+    const Vector3d middle = phantom::sensor_place() + Vector3d(0.027, -0.004, scalpel_edge - 0.044),
+                   way(0, 0.07, 0);
+    return simulate_resection(tracker,
+                              {.from = middle + way, .to = middle - way, .begin_s = 2, .end_s = 6});
+}
+
+}  // namespace
+
 PhantomRecordings record_phantom(const PhantomOptions& options,
                                  const std::vector<NamedPoint>& fiducials) {
     const std::vector<Vector3d> places = positions_of(fiducials);
@@ -144,6 +162,7 @@ PhantomRecordings record_phantom(const PhantomOptions& options,
     recordings.fiducials = simulate_touching(tracker, places);
     ++tracker.seed;
     recordings.press = simulate_press(tracker);
+    recordings.resection = record_resection(options);
     return recordings;
 }
 
@@ -206,6 +225,7 @@ std::vector<fs::path> write_phantom(const fs::path& folder, const PhantomOptions
     write_sequence(pending.add("pivot.igs.mha"), recordings.pivot);
     write_sequence(pending.add("fiducials.igs.mha"), recordings.fiducials);
     write_sequence(pending.add("press.igs.mha"), recordings.press);
+    write_sequence(pending.add("resection.igs.mha"), recordings.resection);
 
     Truth truth = true_motion(phantom_tracker(options), recordings.press);
     constexpr double edge_at_patch = 0.003;

@@ -30,9 +30,12 @@ struct PhantomOptions {
 /// Throws Error, naming the option, if one is invalid.
 void check_options(const PhantomOptions& options);
 
+/// Length of the phantom's scalpel, whose edge runs from its sensor against z, m.
+inline constexpr double scalpel_edge = 0.06;
+
 /// Recordings of the phantom, with the tracker's noise.
 struct PhantomRecordings {
-    Recording pivot, fiducials, press;
+    Recording pivot, fiducials, press, resection;
 };
 
 /// The phantom as the tracker sees it: tool, motion of the organ, sensor positions, press.

@@ -5,10 +5,6 @@ namespace livetet {
 
 namespace {
 
-/// From the sensor's place to the middle of the cut, m: its upper edge stands above the organ, and
-/// the disc ends 12 mm before it.
-const Eigen::Vector3d resection_offset(0.027, -0.004, -0.014);
-
 constexpr const char* mesh_text = R"(mesh:
   file: liver.h5             # of `livetet mesh labels.nii.gz --fix fixed_mask.nii.gz --tets 6000 -o liver.h5`
 )";
@@ -33,10 +29,14 @@ constexpr const char* elements_text =
     "elements: P2                 # ten nodes: a tenth of the tetrahedra that four-node ones need "
     "for the same error\n";
 
-/// A scene of the recording: its first line, the mesh, what is between material and motion, and the
-/// result.
-std::string tracked(const Truth& truth, std::string_view first_line, std::string_view mesh,
-                    std::string_view body, std::string_view result) {
+/// What a scene of a recording has of its own.
+struct TrackedParts {
+    std::string_view first_line, mesh, body;
+    std::string_view source, tools = {};  ///< of the section track
+    std::string_view result;
+};
+
+std::string tracked(const Truth& truth, const TrackedParts& parts) {
     return fmt::format(R"(# {}
 # `livetet scene` lists every key, its unit and its default; paths are relative to this file.
 {}{}{}
@@ -50,13 +50,13 @@ solver:
   relative_tolerance: 0.01   # of each frame's linear solve: far below the tracker's noise
 
 track:
-  source: press.igs.mha      # PLUS's sequence format; openigtlink://localhost:18944 is a running PLUS server
+  source: {:<19}# PLUS's sequence format; openigtlink://localhost:18944 is a running PLUS server
   registration: registration.json   # what `livetet register` wrote
   reference_tool: Reference  # on the organ: the registration follows it
   sensors:
     - tool: Sensor           # rests on the organ, then is pressed in
       patch_radius_mm: {:<6.4g}# the surface this near to the sensor moves with it
-  targets:
+{}  targets:
     - points: targets.csv    # places in the organ: each frame says how far off they may be
   base_window_s: 1           # the sensor's place at rest is the mean over this first time
   budget: 30 ms              # what a frame may take: on a busy machine accuracy gives way, and the report says how often
@@ -64,35 +64,46 @@ track:
 output:
   file: {:<21}# with .xdmf beside it, for ParaView
 )",
-                       first_line, mesh, material_text, body, 1e3 * truth.patch_radius, result);
+                       parts.first_line, parts.mesh, material_text, parts.body, parts.source,
+                       1e3 * truth.patch_radius, parts.tools, parts.result);
 }
 
 }  // namespace
 
 std::string phantom_track_scene(const Truth& truth) {
-    return tracked(truth, "The liver phantom, followed in real time:   livetet track scene.yaml",
-                   mesh_text, fmt::format("{}{}", elements_text, fix_text), "result.h5");
+    const std::string body = fmt::format("{}{}", elements_text, fix_text);
+    return tracked(
+        truth,
+        {.first_line = "The liver phantom, followed in real time:   livetet track scene.yaml",
+         .mesh = mesh_text,
+         .body = body,
+         .source = "press.igs.mha",
+         .result = "result.h5"});
 }
 
 std::string phantom_resection_scene(const Truth& truth) {
-    const Eigen::Vector3d place = 1e3 * (truth.sensor_rest + resection_offset);
-    const std::string body = fmt::format(R"(
-cuts:                        # a vertical plane, open above, beside the pressed disc
-  - {{point_mm: [{:.2f}, {:.2f}, {:.2f}], edges_mm: [0, 140, 0, 0, 0, 60]}}
-
-fix:
-  - mask: fixed_mask.nii.gz  # the lower surface stays where it is
+    const std::string tools = fmt::format(
+        R"(  tools:
+    - tool: Scalpel          # what its edge sweeps is cut: from the tool's sensor down
+      blade_mm: [0, 0, 0, 0, 0, {:.4g}]
+  cut_interval_s: 1          # the cut opens once a second: a frame in which it does takes longer
 )",
-                                         place.x(), place.y(), place.z());
-    return tracked(truth,
-                   "The same recording on an organ that is partly cut:   livetet track "
-                   "resection.yaml",
-                   R"(mesh:
+        -1e3 * scalpel_edge);
+    return tracked(
+        truth, {.first_line = "An organ that is cut, then pressed beside the cut:   livetet track "
+                              "resection.yaml",
+                .mesh = R"(mesh:
   file: labels.nii.gz        # meshed when the scene is loaded, within a second
   cells: hexahedra           # a grid of voxels: cuts are for grids
   tets: 30000                # at most so many cells
 )",
-                   body, "resection.h5");
+                .body = R"(
+fix:
+  - mask: fixed_mask.nii.gz  # the lower surface stays where it is
+)",
+                .source = "resection.igs.mha",
+                .tools = tools,
+                .result = "resection.h5"});
 }
 
 std::string phantom_sweep_scene(const Truth& truth) {

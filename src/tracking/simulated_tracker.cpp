@@ -192,12 +192,38 @@ Recording simulate_sweep(const SimulatedTrackerOptions& options,
     });
 }
 
+namespace {
+
+std::vector<TrackedPose> pressed_poses(const SimulatedTrackerOptions& options, double time_s) {
+    const auto tracker_from_image = true_tracker_from_image(options, time_s);
+    return {pose_of(tracker_from_image * options.image_from_reference),
+            pose_of(tracker_from_image * true_image_from_sensor(options, time_s))};
+}
+
+}  // namespace
+
 Recording simulate_press(const SimulatedTrackerOptions& options) {
-    return record(options, {"Reference", "Sensor"}, press_duration_s(options), [&](double t) {
-        const auto tracker_from_image = true_tracker_from_image(options, t);
-        return std::vector{pose_of(tracker_from_image * options.image_from_reference),
-                           pose_of(tracker_from_image * true_image_from_sensor(options, t))};
-    });
+    return record(options, {"Reference", "Sensor"}, press_duration_s(options),
+                  [&](double t) { return pressed_poses(options, t); });
+}
+
+Recording simulate_resection(const SimulatedTrackerOptions& options, const BladeStroke& stroke) {
+    if (!(stroke.end_s > stroke.begin_s))
+        fail("simulated tracker: a stroke from {} to {} s, expected its end after its beginning",
+             stroke.begin_s, stroke.end_s);
+    const auto place = [&](double t) -> Vector3d {
+        const double done =
+            std::clamp((t - stroke.begin_s) / (stroke.end_s - stroke.begin_s), 0.0, 1.0);
+        return (1 - done) * stroke.from + done * stroke.to;
+    };
+    return record(
+        options, {"Reference", "Sensor", "Scalpel"}, press_duration_s(options), [&](double t) {
+            std::vector<TrackedPose> poses = pressed_poses(options, t);
+            poses.push_back(
+                pose_of(true_tracker_from_image(options, t) *
+                        RigidTransform<ImageFrame, Tool>{Eigen::Matrix3d::Identity(), place(t)}));
+            return poses;
+        });
 }
 
 }  // namespace livetet

@@ -47,6 +47,13 @@ struct SimulatedTrackerOptions {
     double pause_s = 1;  ///< after each press
 };
 
+/// A blade that is led through the organ, straight and at constant speed. Places are those of its
+/// sensor in the image, m; before and after it rests at the ends.
+struct BladeStroke {
+    Eigen::Vector3d from = Eigen::Vector3d::Zero(), to = Eigen::Vector3d::Zero();
+    double begin_s = 0, end_s = 1;
+};
+
 /// Tracker noise: normally distributed on each axis of position and rotation vector, from one
 /// seeded engine. The same seed and order of calls give the same errors.
 class TrackerNoise {
@@ -102,5 +109,8 @@ Recording simulate_sweep(const SimulatedTrackerOptions& options,
                          std::span<const Eigen::Vector3d> places_in_image);
 /// Tools "Reference", "Sensor".
 Recording simulate_press(const SimulatedTrackerOptions& options);
+/// The same with the tool "Scalpel", whose axes are those of the image. Throws Error unless the
+/// stroke ends after it begins.
+Recording simulate_resection(const SimulatedTrackerOptions& options, const BladeStroke& stroke);
 
 }  // namespace livetet

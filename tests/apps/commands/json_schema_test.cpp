@@ -68,7 +68,7 @@ std::map<std::string, std::string> shipped_scenes() {
     truth.depths = {0.01};
     scenes["the phantom's, to track"] = phantom_track_scene(truth);
     scenes["the phantom's, to solve"] = phantom_solve_scene(truth);
-    scenes["the phantom's, with a cut"] = phantom_resection_scene(truth);
+    scenes["the phantom's, with a blade"] = phantom_resection_scene(truth);
     scenes["the phantom's, swept"] = phantom_sweep_scene(truth);
 #endif
     return scenes;

@@ -354,6 +354,10 @@ TEST(Phantom, TheSameSeedGivesTheSameBytesAndTheFolderHoldsTogether) {
                 solve = load_scene(folder / "one" / "solve.yaml"),
                 sweep = load_scene(folder / "one" / "sweep.yaml");
     ASSERT_TRUE(sweep.deform.has_value());
+    const Scene resection = load_scene(folder / "one" / "resection.yaml");
+    ASSERT_TRUE(resection.track.has_value());
+    EXPECT_TRUE(has_blades(*resection.track));
+    EXPECT_NO_THROW(tool_index(read_sequence(folder / "one" / "resection.igs.mha"), "Scalpel"));
     ASSERT_TRUE(track.track.has_value());
     EXPECT_EQ(track.time.scheme, TimeScheme::newmark);
     EXPECT_EQ(track.materials.front().young_Pa, Material{}.young_Pa);

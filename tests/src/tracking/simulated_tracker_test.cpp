@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "geometry/pivot.hpp"
@@ -148,6 +149,30 @@ TEST(SimulatedTracker, TipIsAtOnePlaceOfASweepASampleOnTheMovingOrgan) {
         EXPECT_LT((image_from_tool * options.tool_from_tip.translation - places[i]).norm(), 1e-14);
     }
     EXPECT_THROW(simulate_sweep(options, {}), Error);
+}
+
+TEST(SimulatedTracker, ABladeIsLedThroughTheOrganWhileTheSensorDoesAsInAPress) {
+    SimulatedTrackerOptions options = noiseless();
+    options.rest_s = 4;
+    const BladeStroke stroke{
+        .from = {0, 0.05, 0.02}, .to = {0, -0.05, 0}, .begin_s = 1, .end_s = 3};
+    const Recording recording = simulate_resection(options, stroke),
+                    press = simulate_press(options);
+    ASSERT_EQ(recording.tools, (std::vector<std::string>{"Reference", "Sensor", "Scalpel"}));
+    ASSERT_EQ(recording.samples.size(), press.samples.size());
+    for (std::size_t i = 0; i < press.samples.size(); ++i) {
+        const TrackerSample& sample = recording.samples[i];
+        EXPECT_EQ(sample.poses[1].translation, press.samples[i].poses[1].translation);
+        const auto image_from_blade = options.image_from_reference *
+                                      tracker_from<Reference>(sample.poses[0]).inverse() *
+                                      tracker_from<Tool>(sample.poses[2]);
+        const double done = std::clamp((sample.time_s - 1) / 2, 0.0, 1.0);
+        EXPECT_LT((image_from_blade.translation - Vector3d(0, 0.05 - 0.1 * done, 0.02 * (1 - done)))
+                      .norm(),
+                  1e-14);
+        EXPECT_LT(angle_of(image_from_blade.rotation), 1e-7);
+    }
+    EXPECT_THROW(simulate_resection(options, {.begin_s = 3, .end_s = 3}), Error);
 }
 
 TEST(SimulatedTracker, RefusesARateOfZero) {
