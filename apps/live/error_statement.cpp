@@ -95,7 +95,7 @@ ErrorStatement::ErrorStatement(const Scene& scene, MeshHierarchy hierarchy, cons
       responses_(scene, std::move(hierarchy), all_places(targets_, mesh, surface)),
       sampler_(mesh, responses_.places()),
       has_forces_(scene.gravity_m_per_s2 != Vector3::Zero() || !scene.loads.empty() ||
-                  !scene.drive.empty()) {
+                  !scene.drive.empty() || !scene.track->start.empty()) {
     statement_.targets.resize(targets_.size());
     std::size_t of_targets = 0;
     for (const Target& t : targets_) of_targets += t.places.size();

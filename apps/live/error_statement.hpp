@@ -165,7 +165,8 @@ class ErrorStatement {
     TargetResponses responses_;  ///< at the targets' places, then those of the surface
     PointSampler sampler_;       ///< of the places in the body's mesh
     std::vector<PatchTerms> terms_;
-    bool has_forces_;  ///< gravity, loads or driven nodes, which the responses do not know
+    /// Gravity, loads, driven nodes or a start, which the responses do not know.
+    bool has_forces_;
     FrameStatement statement_;
     std::size_t turn_ = 0;  ///< of the surface, in the next frame
     /// What the radii lack that were renewed in each turn.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/live/start_state.hpp"
 #include "base/stopwatch.hpp"
 #include "mesh/quadratic.hpp"
 #include "tracking/poses.hpp"
@@ -55,11 +56,15 @@ TrackedBody::TrackedBody(const Scene& scene, SceneBody& body, ToolFinder find_to
     if (has_blades(*scene_.track)) begin_cutting();
     take_constraints();
     body_.body->set_springs(scene_constraints_->springs());
-    body_.body->set_external_force(scene_forces(scene, body.mesh()));
+    if (scene_.track->start.empty())
+        body_.body->set_external_force(scene_forces(scene, body.mesh()));
     // NaN until the reference sensor is seen for the first time.
     frame_.tracker_from_image.rotation.setConstant(std::nan(""));
     frame_.tracker_from_image.translation.setConstant(std::nan(""));
     frame_.displacement.assign(body.mesh().nodes.size(), Vector3::Zero());
+    if (scene_.track->start.empty()) return;
+    frame_.displacement = read_start(scene_.track->start, body.mesh());
+    hold_at(*body_.body, constraints_, frame_.displacement);
 }
 
 TrackedBody::Sensor TrackedBody::new_sensor(const SensorOptions& options) const {

@@ -65,8 +65,8 @@ inline constexpr double farthest_from_organ = 0.02;
 class TrackedBody {
   public:
     /// `body` is on the scene's mesh as it was loaded. Throws Error if a tool of the scene is not
-    /// found, if nothing fixes the body without sensors, or if there is a blade and the mesh is no
-    /// grid.
+    /// found, if nothing fixes the body without sensors, if there is a blade and the mesh is no
+    /// grid, or if `track.start` is no state of this body (see start_state.hpp).
     TrackedBody(const Scene& scene, SceneBody& body, ToolFinder find_tool,
                 const RigidTransform<ImageFrame, Reference>& image_from_reference,
                 MisplacedSensor misplaced = MisplacedSensor::refuse);

@@ -104,6 +104,7 @@ void resolve_paths(Scene& scene, const std::filesystem::path& folder) {
             scene.track->source = source.string();
         }
         resolve(scene.track->registration);
+        resolve(scene.track->start);
         for (ToolOptions& tool : scene.track->tools) resolve(tool.tip);
         resolve_targets(scene.track->targets);
     }

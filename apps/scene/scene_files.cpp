@@ -38,7 +38,7 @@ std::set<std::filesystem::path> read_files(const Scene& scene) {
         add_targets(scene.deform->targets);
     }
     if (scene.track) {
-        files.insert({scene.track->source, scene.track->registration});
+        files.insert({scene.track->source, scene.track->registration, scene.track->start});
         for (const ToolOptions& tool : scene.track->tools) files.insert(tool.tip);
         add_targets(scene.track->targets);
     }

@@ -103,6 +103,11 @@ void check_track(const TrackOptions& track, const KeyPlaces& places) {
         fail("track.registration is missing, expected what `livetet register` wrote ({})",
              places("track"));
     check_ahead(track, places);
+    if (!track.start.empty() && has_blades(track))
+        fail(
+            "track.start: found a blade in track.tools, which would free what it holds, expected "
+            "one of them ({})",
+            places("track.start"));
     std::vector<std::string> names{track.reference_tool};
     for (std::size_t i = 0; i < track.sensors.size(); ++i) {
         const SensorOptions& sensor = track.sensors[i];

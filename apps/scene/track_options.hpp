@@ -67,6 +67,7 @@ struct TrackOptions {
     std::string source;
     std::filesystem::path registration;
     std::string reference_tool = "Reference";
+    std::filesystem::path start;
     std::vector<SensorOptions> sensors{SensorOptions{}};
     std::vector<ToolOptions> tools;
     double cut_interval_s = 0.5;
@@ -164,6 +165,10 @@ void visit_fields(Visitor& v, TrackOptions& t) {
             "registration that `livetet register --reference TOOL -o FILE` wrote");
     v.field("reference_tool", t.reference_tool, "",
             "the reference sensor, fixed to the patient (Reference for ReferenceToTracker)");
+    v.field(
+        "start", t.start, "",
+        "result of `livetet register --deform` or `solve` on this mesh: the organ is held as its "
+        "last frame has it, and sensors move it from there; none: it begins at rest");
     v.list("sensors", t.sensors,
            "the sensors that move the surface; where patches overlap, the mean is used. May be "
            "changed in the file during a run");

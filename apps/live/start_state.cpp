@@ -1,0 +1,78 @@
+#include "apps/live/start_state.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "base/error.hpp"
+#include "io/result_file.hpp"
+#include "mesh/quadratic.hpp"
+
+namespace livetet {
+
+namespace {
+
+/// Whether a solve came to its end, as its result says.
+bool has_converged(const ResultReader& result, const std::string& file) {
+    const auto about = nlohmann::json::parse(result.text("solve"), nullptr, false);
+    const auto found = about.is_object() ? about.find("converged") : about.end();
+    if (!about.is_object() || found == about.end() || !found->is_boolean())
+        fail("{}: its description of the solve is damaged, expected \"converged\" there", file);
+    return found->get<bool>();
+}
+
+/// Whether the tets of both have the same corners at the same places.
+bool have_same_corners(const TetMesh& a, const TetMesh& b) {
+    constexpr double tolerance = 1e-6;  // m: results may be in single precision
+    const auto corners = static_cast<std::size_t>(corner_count(a));
+    if (corners != static_cast<std::size_t>(corner_count(b)) || a.tets != b.tets) return false;
+    return std::equal(
+        a.nodes.begin(), a.nodes.begin() + static_cast<std::ptrdiff_t>(corners), b.nodes.begin(),
+        [](const Vector3& x, const Vector3& y) { return (x - y).norm() <= tolerance; });
+}
+
+}  // namespace
+
+std::vector<Vector3> read_start(const std::filesystem::path& file, const TetMesh& mesh) {
+    const std::string name = "track.start = " + file.string();
+    const ResultReader result(file);
+    if (!result.has_text("solve") || result.frame_count() == 0)
+        fail("{}: holds no equilibrium, expected the result of livetet register --deform or solve",
+             name);
+    if (!has_converged(result, name))
+        fail("{}: that run did not converge, expected an equilibrium", name);
+    if (!have_same_corners(result.mesh(), mesh))
+        fail(
+            "{}: is of another mesh of {} tets and {} nodes, expected that of mesh.file with {} "
+            "tets and {} nodes",
+            name, result.mesh().tets.size(), result.mesh().nodes.size(), mesh.tets.size(),
+            mesh.nodes.size());
+    std::vector<Vector3> u = result.displacement(result.frame_count() - 1);
+    if (u.size() != mesh.nodes.size()) u = PointSampler(result.mesh(), mesh.nodes).sample(u);
+    return u;
+}
+
+void hold_at(DeformableBody& body, const Constraints& constraints, std::span<const Vector3> u) {
+    constexpr double tolerance = 1e-4;  // m
+    if (body.linear_solver().is_mixed())
+        fail(
+            "track.start: found the mixed form (a poisson of 0.49 or more, or formulation), "
+            "expected displacements alone (formulation: displacement)");
+    for (std::size_t n = 0; n < u.size(); ++n)
+        for (int c = 0; c < 3; ++c)
+            if (const double off = u[n][c] - constraints.values[n][c];
+                (constraints.components[n] >> c & 1) != 0 && !(std::abs(off) <= tolerance))
+                fail(
+                    "track.start: node {} is held by fix or drive, and is {:.2f} mm away from "
+                    "where "
+                    "they hold it, expected at most {:g} mm: hold it as the result's scene did",
+                    n, 1e3 * std::abs(off), 1e3 * tolerance);
+    body.set_external_force({});
+    body.set_displacement(u);
+    std::vector<Vector3> force = body.elastic_force();
+    const std::vector<Vector3> reactions = body.reactions();
+    for (std::size_t n = 0; n < force.size(); ++n) force[n] -= reactions[n];
+    body.set_external_force(force);
+}
+
+}  // namespace livetet
