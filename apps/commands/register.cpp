@@ -12,6 +12,7 @@
 #include "apps/commands/publish_option.hpp"
 #include "apps/commands/read_until_signal.hpp"
 #include "apps/commands/register_deform.hpp"
+#include "apps/commands/register_materials.hpp"
 #include "apps/live/expected_error.hpp"
 #include "apps/live/registration_input.hpp"
 #include "apps/live/tracker_source.hpp"
@@ -244,6 +245,7 @@ void register_fiducials(const RegisterArguments& a) {
     if (!a.landmarks.empty() || !a.registration.empty() || !a.json.empty() || a.live ||
         !a.publish.empty())
         fail("--landmarks, --registration, --json, --live and --publish go with --deform SCENE");
+    if (a.materials.support) fail("--support goes with --materials SCENE");
     if (a.surface.empty() && !(a.surface_points.empty() && a.surface_frames.empty()))
         fail("--surface-points and --surface-frames lie on the organ, expected --surface FILE too");
     const std::string& touched = a.surface_points.empty() ? a.tracker : a.surface_points;
@@ -335,6 +337,12 @@ void add_deform_options(CLI::App* command, const std::shared_ptr<RegisterArgumen
                       "stream, or a recording, played at its own pace): each fit is shown, and is "
                       "a frame of the result; Ctrl-C or --for ends the sweep of a stream");
     command->add_option("--publish", a->publish, fmt::format("--live: {}", publish_help));
+    command->add_option("--materials", a->materials.scene,
+                        "a scene (YAML) with known loads or displacements: finds the values of its "
+                        "materials that have a spread (young_Pa: 3000 +- 2000, poisson) from "
+                        "--landmarks of the loaded body and --image, the same at rest");
+    command->add_flag("--support", a->materials.support,
+                      "--materials: find the stiffness of each soft `fix`, too");
 }
 
 }  // namespace
@@ -385,7 +393,9 @@ void add_register_command(CLI::App& app, ExitStatus& status) {
     command->add_option("-o,--output", a->output,
                         "write the registration to this file (.json) for `livetet track`");
     command->callback([a, &status] {
-        if (a->scene.empty())
+        if (!a->materials.scene.empty())
+            status.value = register_materials(*a);
+        else if (a->scene.empty())
             register_fiducials(*a);
         else
             status.value = register_deforming(*a);

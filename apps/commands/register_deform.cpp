@@ -10,6 +10,7 @@
 
 #include "apps/commands/deform_result.hpp"
 #include "apps/commands/live_sweep.hpp"
+#include "apps/commands/measured_landmarks.hpp"
 #include "apps/commands/publish_option.hpp"
 #include "apps/commands/read_until_signal.hpp"
 #include "apps/live/statement_record.hpp"
@@ -74,21 +75,6 @@ void check_deform_arguments(const RegisterArguments& a) {
              a.surface_frames);
 }
 
-/// Landmarks that both lists name. Throws Error for a measured one that the image does not have.
-std::vector<MeasuredLandmark> matched_landmarks(const RegisterArguments& a) {
-    if (a.landmarks.empty()) return {};
-    const std::vector<NamedPoint> at_rest = read_point_list(a.image);
-    std::vector<MeasuredLandmark> matched;
-    for (const NamedPoint& p : read_point_list(a.landmarks)) {
-        const auto rest = std::ranges::find(at_rest, p.name, &NamedPoint::name);
-        if (rest == at_rest.end())
-            fail("{}: the landmark \"{}\" is not in {}, expected the same names",
-                 a.landmarks.string(), p.name, a.image.string());
-        matched.push_back({p.name, rest->position, p.position});
-    }
-    return matched;
-}
-
 /// What the points are mapped by; the tool's poses are then taken in its frame.
 std::optional<FiducialRegistration> read_frame(RegisterArguments& a) {
     if (a.registration.empty()) return {};
@@ -103,9 +89,8 @@ MeasuredOrgan read_measured(const RegisterArguments& a,
     MeasuredOrgan measured{a.surface_points, {}, matched_landmarks(a)};
     if (!a.live) measured.points = collect_surface_points(a, read_until_signal);
     if (!registration) return measured;
-    const auto& t = registration->image_from_base;
-    for (Vector3& c : measured.points) c = t * c;
-    for (MeasuredLandmark& l : measured.landmarks) l.measured = t * l.measured;
+    for (Vector3& c : measured.points) c = registration->image_from_base * c;
+    map_landmarks(*registration, measured.landmarks);
     return measured;
 }
 

@@ -13,6 +13,12 @@
 
 namespace livetet {
 
+/// Options of `livetet register --materials`.
+struct MaterialArguments {
+    std::filesystem::path scene;
+    bool support = false;  ///< soft `fix` are sought, too
+};
+
 /// Options of `livetet register`.
 struct RegisterArguments {
     std::string tracker;               ///< file of points, recording or stream
@@ -31,6 +37,7 @@ struct RegisterArguments {
     std::filesystem::path landmarks, registration, json;
     bool live = false;  ///< fit while the tip is led over the surface
     std::string publish;
+    MaterialArguments materials{};
 };
 
 /// The fiducials in the image and in the frame of the tracker (and of the reference sensor), with
