@@ -82,15 +82,16 @@ MeasuredOrgan LiveSweep::measured(const Recording& recording) const {
 void LiveSweep::take(const Recording& so_far) {
     const MeasuredOrgan organ = measured(so_far);
     if (organ.points.size() == fitted_points_) return;
+    fitted_points_ = organ.points.size();
+    DeformedOrgan found;
     try {
         registration_.check(organ);
+        found = registration_.fit(organ, allowed_iterations_);
     } catch (const Error& error) {  // more points may mend it; at the end it is an error
         text_ = error.what();
         return;
     }
-    fitted_points_ = organ.points.size();
     ++fits_;
-    DeformedOrgan found = registration_.fit(organ, allowed_iterations_);
     if (!first_step_s_) first_step_s_ = found.first_step_s;
     const double of_one_s = found.fit_s / std::max(1, found.report.iterations);
     allowed_iterations_ = std::max(
