@@ -21,14 +21,21 @@ bool has_converged(const ResultReader& result, const std::string& file) {
     return found->get<bool>();
 }
 
-/// Whether the tets of both have the same corners at the same places.
-bool have_same_corners(const TetMesh& a, const TetMesh& b) {
+/// Throws Error, naming the file, unless both have the same tets with corners at the same places.
+void check_corners(const TetMesh& found, const TetMesh& mesh, const std::string& file) {
     constexpr double tolerance = 1e-6;  // m: results may be in single precision
-    const auto corners = static_cast<std::size_t>(corner_count(a));
-    if (corners != static_cast<std::size_t>(corner_count(b)) || a.tets != b.tets) return false;
-    return std::equal(
-        a.nodes.begin(), a.nodes.begin() + static_cast<std::ptrdiff_t>(corners), b.nodes.begin(),
-        [](const Vector3& x, const Vector3& y) { return (x - y).norm() <= tolerance; });
+    const auto corners = static_cast<std::size_t>(corner_count(mesh));
+    if (static_cast<std::size_t>(corner_count(found)) != corners || found.tets != mesh.tets)
+        fail(
+            "{}: is of another mesh of {} tets and {} nodes, expected the tets of mesh.file, which "
+            "has {} tets and {} nodes",
+            file, found.tets.size(), found.nodes.size(), mesh.tets.size(), mesh.nodes.size());
+    for (std::size_t n = 0; n < corners; ++n)
+        if (const double off = (found.nodes[n] - mesh.nodes[n]).norm(); !(off <= tolerance))
+            fail(
+                "{}: is of another mesh, whose node {} at rest lies {:.3g} mm away from that of "
+                "mesh.file, expected at most {:g} mm",
+                file, n, 1e3 * off, 1e3 * tolerance);
 }
 
 }  // namespace
@@ -41,12 +48,7 @@ std::vector<Vector3> read_start(const std::filesystem::path& file, const TetMesh
              name);
     if (!has_converged(result, name))
         fail("{}: that run did not converge, expected an equilibrium", name);
-    if (!have_same_corners(result.mesh(), mesh))
-        fail(
-            "{}: is of another mesh of {} tets and {} nodes, expected that of mesh.file with {} "
-            "tets and {} nodes",
-            name, result.mesh().tets.size(), result.mesh().nodes.size(), mesh.tets.size(),
-            mesh.nodes.size());
+    check_corners(result.mesh(), mesh, name);
     std::vector<Vector3> u = result.displacement(result.frame_count() - 1);
     if (u.size() != mesh.nodes.size()) u = PointSampler(result.mesh(), mesh.nodes).sample(u);
     return u;

@@ -120,7 +120,11 @@ TEST(Track, RefusesAStartThatIsNone) {
         return livetet(block.folder, "solve changed.yaml").status;
     };
     ASSERT_EQ(solved_as("block.h5", "other.h5", "coarse.h5"), 0);
-    refused("start: coarse.h5", {"coarse.h5", "another mesh"});
+    refused("start: coarse.h5", {"coarse.h5", "another mesh", "tets"});
+    write_hierarchy(block.folder / "lower.h5",
+                    make_hierarchy({test::block({12, 6, 6}, {0.2, 0.1, 0.0995})}, "lower"));
+    ASSERT_EQ(solved_as("block.h5", "lower.h5", "places.h5"), 0);
+    refused("start: places.h5", {"places.h5", "another mesh", "node", "mm away"});
     {
         ResultWriter unready(block.folder / "unready.h5",
                              ResultReader(block.folder / "start.h5").mesh(), "");
