@@ -324,14 +324,17 @@ void add_deform_options(CLI::App* command, const std::shared_ptr<RegisterArgumen
                         "a scene (YAML) with the organ's mesh, material, fixed nodes and section "
                         "`deform`: finds the forces and the displacement that bring its surface "
                         "to --surface-points, and writes them as `livetet solve` does");
-    command->add_option("--landmarks", a->landmarks,
-                        "--deform: named landmarks of the deformed organ, in the frame of the "
-                        "surface points (.csv, .mrk.json, .fcsv); --image has them at rest");
-    command->add_option("--registration", a->registration,
-                        "--deform: the registration of the frame that the points are in, from "
-                        "`livetet register`; none: they are in the image's frame. -o writes it "
-                        "with the rigid motion that was found");
-    command->add_option("--json", a->json, "--deform: also write the figures to this file");
+    command->add_option(
+        "--landmarks", a->landmarks,
+        "--deform, --materials: named landmarks of the deformed organ, in the frame of the "
+        "surface points (.csv, .mrk.json, .fcsv); --image has them at rest");
+    command->add_option(
+        "--registration", a->registration,
+        "--deform, --materials: the registration of the frame that the points are in, from "
+        "`livetet register`; none: they are in the image's frame. -o writes it "
+        "with the rigid motion that was found");
+    command->add_option("--json", a->json,
+                        "--deform, --materials: also write the figures to this file");
     command->add_flag("--live", a->live,
                       "--deform: fit while the tip is led over the organ (--surface-points: a "
                       "stream, or a recording, played at its own pace): each fit is shown, and is "

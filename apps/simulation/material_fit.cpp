@@ -280,7 +280,9 @@ MaterialFit fit_materials(const Scene& scene, const MeshHierarchy& hierarchy,
     if (3 * landmarks.size() < sought.size())
         fail("register --materials: found {} landmarks for {} values, expected at least {}",
              landmarks.size(), sought.size(), (sought.size() + 2) / 3);
-    return MaterialSearch(scene, hierarchy, landmarks, sought).run(progress);
+    Scene of_displacements = scene;  // whatever Poisson's ratios the search comes to
+    of_displacements.formulation = Formulation::displacement;
+    return MaterialSearch(of_displacements, hierarchy, landmarks, sought).run(progress);
 }
 
 }  // namespace livetet
