@@ -7,6 +7,7 @@
 #include "base/error.hpp"
 #include "io/result_file.hpp"
 #include "mesh/quadratic.hpp"
+#include "solvers/nonlinear/held_force.hpp"
 
 namespace livetet {
 
@@ -66,15 +67,12 @@ void hold_at(DeformableBody& body, const Constraints& constraints, std::span<con
                 (constraints.components[n] >> c & 1) != 0 && !(std::abs(off) <= tolerance))
                 fail(
                     "track.start: node {} is held by fix or drive, and is {:.2f} mm away from "
-                    "where "
-                    "they hold it, expected at most {:g} mm: hold it as the result's scene did",
+                    "where they hold it, expected at most {:g} mm: hold it as the result's scene "
+                    "did",
                     n, 1e3 * std::abs(off), 1e3 * tolerance);
     body.set_external_force({});
     body.set_displacement(u);
-    std::vector<Vector3> force = body.elastic_force();
-    const std::vector<Vector3> reactions = body.reactions();
-    for (std::size_t n = 0; n < force.size(); ++n) force[n] -= reactions[n];
-    body.set_external_force(force);
+    body.set_external_force(held_force(body));
 }
 
 }  // namespace livetet

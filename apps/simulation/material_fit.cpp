@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "solvers/nonlinear/held_force.hpp"
 
 namespace livetet {
 
@@ -55,9 +56,7 @@ struct LoadedBody {
     /// f_int - f_springs at u, three numbers a node; at hard constraints without meaning.
     Eigen::VectorXd inner_force(std::span<const Vector3> u) {
         body->body->set_displacement(u);
-        std::vector<Vector3> force = body->body->elastic_force();
-        const std::vector<Vector3> reactions = body->body->reactions();
-        for (std::size_t n = 0; n < force.size(); ++n) force[n] -= reactions[n];
+        const std::vector<Vector3> force = held_force(*body->body);
         return Eigen::Map<const Eigen::VectorXd>(force.front().data(), 3 * std::ssize(force));
     }
 };
