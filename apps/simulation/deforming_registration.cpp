@@ -207,9 +207,8 @@ DeformedOrgan DeformingRegistration::fit(const MeasuredOrgan& measured,
                                          std::optional<int> max_iterations,
                                          const ProgressCallback& progress) {
     DeformedOrgan found;
-    const SurfaceFit rigid = fit_rigidly(measured, surface_);
-    found.rigid_rms_m = rigid.rms_after;
-    if (deform_.frame == PointFrame::surface && !start_) start_ = rigid.image_from_start;
+    if (deform_.frame == PointFrame::surface && !start_)
+        start_ = fit_rigidly(measured, surface_).image_from_start;
     const PlacedPoints points = placed(measured);
     const auto start = std::chrono::steady_clock::now();
     progress_ = [&](double fraction, std::string_view what) {
@@ -261,7 +260,10 @@ void DeformingRegistration::state_errors(DeformedOrgan& found) {
 DeformedOrgan DeformingRegistration::finish(const MeasuredOrgan& measured,
                                             const ProgressCallback& progress) {
     check(measured);
+    const SurfaceFit rigid = fit_rigidly(measured, surface_);
+    if (deform_.frame == PointFrame::surface && !start_) start_ = rigid.image_from_start;
     DeformedOrgan found = fit(measured, {}, progress);
+    found.rigid_rms_m = rigid.rms_after;
     refuse_other_surface(measured, found);
     if (found.report.converged) {
         if (progress) progress(1, "what the points determine");
