@@ -33,17 +33,18 @@ FixOptions model_support(KnownSupport support) {
 
 Scene model_scene(const RegistrationCell& cell, const PulledOrgan& organ,
                   const RegistrationPrior& prior) {
-    constexpr double zone_mm = 40;
     Scene scene;
     scene.materials = {Material{.poisson = 0.40}};
-    scene.strain = "corotated";
+    scene.strain = cell.law;
     scene.solver.kind = SolverKind::direct;  // each tangent serves for all patterns of forces
     scene.fix = {model_support(cell.support)};
     DeformOptions deform;
-    if (cell.forces == KnownForces::zone) {
+    if (cell.forces != KnownForces::nowhere) {
+        const bool is_wide = cell.forces == KnownForces::wide_zone;
+        const Vector3 off = is_wide ? Vector3(6, -8, 0) : Vector3(3, -4, 0);
+        const Vector3 centre = 1e3 * organ.place + off;
         ForceZoneOptions zone;
-        const Vector3 centre = 1e3 * organ.place + Vector3(6, -8, 0);
-        zone.sphere_mm = {centre.x(), centre.y(), centre.z(), zone_mm};
+        zone.sphere_mm = {centre.x(), centre.y(), centre.z(), is_wide ? 40.0 : 30.0};
         deform.forces = {zone};
     }
     deform.point_error_mm = std::max(0.5, 1e3 * cell.sweep.noise_m);

@@ -16,7 +16,7 @@ enum class ForcePattern { uniform, smooth };
 /// A part of the boundary on which unknown forces act.
 struct ForceZoneOptions : SelectionOptions {
     ForcePattern pattern = ForcePattern::smooth;
-    int centres = 8;
+    int centres = 6;
 };
 
 /// What is sought of the frame that the points are given in.

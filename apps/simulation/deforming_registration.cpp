@@ -68,6 +68,7 @@ SurfaceRegistrationOptions registration_options(const DeformOptions& deform) {
     options.landmark_error_m = deform.landmark_error_mm / 1e3;
     options.shared_error_m = deform.shared_error_mm / 1e3;
     if (deform.energy_mJ.number) options.prior_energy_J = *deform.energy_mJ.number / 1e3;
+    options.starts_whole = !deform.forces.empty();
     options.tolerance_m = deform.tolerance_mm / 1e3;
     options.max_iterations = deform.max_iterations;
     if (deform.frame != PointFrame::fixed) {

@@ -22,7 +22,11 @@ void ForceBasis::add_pattern(std::span<const std::int32_t> nodes, std::span<cons
 }
 
 void ForceBasis::add(const ForceBasis& other) {
-    columns_.insert(columns_.end(), other.columns_.begin(), other.columns_.end());
+    const int zones = columns_.empty() ? 0 : columns_.back().zone + 1;
+    for (Column column : other.columns_) {
+        column.zone += zones;
+        columns_.push_back(std::move(column));
+    }
 }
 
 std::vector<Vector3> ForceBasis::force(const Eigen::VectorXd& p, std::size_t nodes) const {
@@ -62,6 +66,14 @@ Vector3 ForceBasis::total(const Eigen::VectorXd& p) const {
     for (std::size_t j = 0; j < columns_.size(); ++j)
         sum[columns_[j].axis] += p[static_cast<Eigen::Index>(j)];
     return sum;
+}
+
+Eigen::MatrixXd ForceBasis::of_whole_zones() const {
+    const int zones = columns_.empty() ? 0 : columns_.back().zone + 1;
+    Eigen::MatrixXd z = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(size()), 3 * zones);
+    for (std::size_t j = 0; j < columns_.size(); ++j)
+        z(static_cast<Eigen::Index>(j), 3 * columns_[j].zone + columns_[j].axis) = 1;
+    return z;
 }
 
 ForceBasis uniform_forces(std::span<const std::int32_t> nodes) {

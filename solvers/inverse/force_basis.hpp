@@ -17,15 +17,17 @@ class ForceBasis {
   public:
     struct Column {
         int axis = 0;
+        int zone = 0;  ///< columns of one zone may move as a whole, see `of_whole_zones`
         std::vector<std::int32_t> nodes;
         std::vector<double> shares;
     };
 
     std::size_t size() const { return columns_.size(); }
     const Column& column(std::size_t j) const { return columns_[j]; }
-    /// One column for each axis. Throws Error unless the shares have a positive sum.
+    /// One column for each axis, in the first zone. Throws Error unless the shares have a positive
+    /// sum.
     void add_pattern(std::span<const std::int32_t> nodes, std::span<const double> shares);
-    /// Appends the columns of another basis of the same body.
+    /// Appends the columns of another basis of the same body. Its zones are others than those here.
     void add(const ForceBasis& other);
 
     /// f = B p for a body of so many nodes, N.
@@ -36,6 +38,9 @@ class ForceBasis {
     Eigen::MatrixXd project(const Eigen::MatrixXd& fields) const;
     /// Sum of the nodal forces, N.
     Vector3 total(const Eigen::VectorXd& p) const;
+    /// Z, size x 3 zones: p = Z z is the same force on each pattern of a zone, 1 N each, so that
+    /// each zone is pulled or pushed as a whole.
+    Eigen::MatrixXd of_whole_zones() const;
 
   private:
     std::vector<Column> columns_;

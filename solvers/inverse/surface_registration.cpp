@@ -34,6 +34,7 @@ struct SurfaceRegistration::Fitted {
 namespace {
 
 constexpr Eigen::Index pose_size = 6;
+constexpr int max_whole_iterations = 8;
 
 void check_positive(double value, const char* name) {
     if (!(value > 0 && std::isfinite(value)))
@@ -85,6 +86,8 @@ SurfaceRegistration::SurfaceRegistration(DeformableBody& body, std::span<const V
     check_registration_options(options);
     if (basis_.size() == 0) fail("surface registration: found no column in the force basis");
     const Eigen::Index n = forces_count();
+    if (options.starts_whole && basis_.of_whole_zones().cols() < n)
+        whole_left_ = max_whole_iterations;
     const Eigen::Index all = n + (options.pose_error_m > 0 ? pose_size : 0);
     q_ = Eigen::VectorXd::Zero(all);
     Eigen::AlignedBox3d box;
@@ -253,6 +256,17 @@ Eigen::VectorXd SurfaceRegistration::force_gradient(std::span<const Vector3> by_
            Eigen::Map<const Eigen::VectorXd>(by_u.front().data(), responses_.rows());
 }
 
+Eigen::VectorXd SurfaceRegistration::increment(const Eigen::MatrixXd& hessian,
+                                               const Eigen::VectorXd& gradient) const {
+    if (whole_left_ == 0) return -hessian.ldlt().solve(gradient);
+    const Eigen::MatrixXd whole = basis_.of_whole_zones();
+    const Eigen::Index poses = q_.size() - forces_count();
+    Eigen::MatrixXd z = Eigen::MatrixXd::Zero(q_.size(), whole.cols() + poses);
+    z.topLeftCorner(whole.rows(), whole.cols()) = whole;
+    z.bottomRightCorner(poses, poses).setIdentity();
+    return -z * (z.transpose() * hessian * z).ldlt().solve(z.transpose() * gradient);
+}
+
 SurfaceRegistration::Step SurfaceRegistration::next_step(const Fitted& fitted) {
     const double l2 = fitted.landmark_scale * fitted.landmark_scale;
     std::vector<Vector3> by_u = misfit_gradient(fitted.matches, rest_.size());
@@ -271,7 +285,7 @@ SurfaceRegistration::Step SurfaceRegistration::next_step(const Fitted& fitted) {
     const Eigen::MatrixXd g = rows(fitted);
     const Eigen::MatrixXd hessian = g.transpose() * g + prior_;
     Step step;
-    step.dq = -hessian.ldlt().solve(gradient);
+    step.dq = increment(hessian, gradient);
     step.du = responses_ * step.dq.head(forces_count());
     for (Eigen::Index n = 0; n < step.du.size(); n += 3)
         step.size = std::max(step.size, step.du.segment<3>(n).norm());
@@ -387,6 +401,7 @@ SurfaceRegistrationReport SurfaceRegistration::fit(std::span<const Vector3> poin
                                                    std::optional<int> max_iterations) {
     constexpr Eigen::Index few_columns = 30;  // one by one as cheap as two Newton iterations
     constexpr int max_choices = 25;           // of E0: then it stays, so that J has a minimum
+    constexpr double coarsely = 4;            // tolerances: whole zones need no more
     // A factorisation takes all columns at once.
     const bool always_renews =
         forces_count() <= few_columns || body_.linear_solver().kind() == SolverKind::direct;
@@ -431,6 +446,14 @@ SurfaceRegistrationReport SurfaceRegistration::fit(std::span<const Vector3> poin
                 static_cast<double>(report.iterations) / allowed,
                 fmt::format("iteration {}: {:.2f} mm RMS, last step {:.2f} mm", report.iterations,
                             1e3 * fitted.matches.rms, 1e3 * step.taken * step.size));
+        if (whole_left_ > 0) {
+            const bool is_near =
+                !changed && !lowered && step.size < coarsely * options_.tolerance_m;
+            whole_left_ = took && !is_near ? whole_left_ - 1 : 0;
+            report.converged = false;
+            renew = true;
+            continue;
+        }
         if (report.converged) {
             report.reason = "no node moves farther than the tolerance";
             break;

@@ -23,6 +23,9 @@ struct SurfaceRegistrationOptions {
     std::optional<double> prior_energy_J{};
     double tolerance_m = 0.0005;  ///< converged if nothing moves farther in an iteration
     int max_iterations = 40;
+    /// Whether the first iterations move each zone of the forces as a whole: they find their way
+    /// where many patterns end in a poor minimum. Only for zones that are known.
+    bool starts_whole = false;
     /// Of each forward solve: residual relative to the forces at work.
     double equilibrium_tolerance = 3e-3;
     /// Relative, of linear solves for responses and gradients.
@@ -103,6 +106,10 @@ struct SurfacePosterior {
 /// Blake and Zisserman 1987, Visual Reconstruction): else a part that is pulled far is left as
 /// outliers.
 ///
+/// With `starts_whole`, the first iterations seek the least J along p = Z z, the same force on each
+/// pattern of a zone (ForceBasis::of_whole_zones), until no node moves farther than four times the
+/// tolerance, J does not fall, or eight are done.
+///
 /// A frame starts from the last one's result: calls of `fit` follow a sequence. The body's external
 /// force is that of the registration.
 class SurfaceRegistration {
@@ -158,6 +165,9 @@ class SurfaceRegistration {
     /// Of the misfits by the coefficients of the forces. `by_u`: by the displacement.
     Eigen::VectorXd force_gradient(std::span<const Vector3> by_u) const;
     Step next_step(const Fitted& fitted);
+    /// -H^-1 g, or its like along forces that move whole zones while that lasts.
+    Eigen::VectorXd increment(const Eigen::MatrixXd& hessian,
+                              const Eigen::VectorXd& gradient) const;
     /// Whether a share of the step lowered J; then it is taken.
     bool take(const Fitted& before, Step& step, SurfaceRegistrationReport& report);
     /// At the present state, with s no less than 0.7 `scale`.
@@ -176,6 +186,7 @@ class SurfaceRegistration {
     Eigen::MatrixXd prior_;      ///< R / E0 and P
     PriorWeight weight_;         ///< E0; 0 energy: not chosen yet
     double sharing_ = 1;         ///< nu
+    int whole_left_ = 0;         ///< iterations that move each zone as a whole: at most
     bool is_fresh_ = false;      ///< the responses are those of the present state
     Eigen::VectorXd q_;          ///< p, and m if it is sought
     std::vector<Vector3> u_;
