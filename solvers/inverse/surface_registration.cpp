@@ -303,6 +303,7 @@ bool SurfaceRegistration::take(const Fitted& before, Step& step,
     constexpr int max_halvings = 5;
     constexpr double max_share = 0.04;         // of the diagonal: beyond, tets invert
     constexpr double usable_imbalance = 0.02;  // of a forward solve that was not done
+    const int chords = body_.linear_solver().kind() == SolverKind::direct ? 3 : 0;
     const double old = before.value + prior(q_);
     body_.keep_state();  // with its pressures, which set_displacement drops
     step.taken = std::min(1.0, max_share * diagonal_ / step.size);
@@ -310,8 +311,9 @@ bool SurfaceRegistration::take(const Fitted& before, Step& step,
         const Eigen::VectorXd q = q_ + step.taken * step.dq;
         body_.set_external_force(basis_.force(q.head(forces_count()), rest_.size()));
         body_.set_displacement(moved(step.taken, step));
-        const StepReport solve =
-            body_.solve(0, {.max_newton = 6, .tolerance = options_.equilibrium_tolerance});
+        const StepReport solve = body_.solve(0, {.max_newton = 6 + chords,
+                                                 .tolerance = options_.equilibrium_tolerance,
+                                                 .old_tangents = chords});
         report.newton_iterations += solve.newton_iterations;
         if (!solve.converged && !(solve.imbalance < usable_imbalance)) continue;
         std::vector<Vector3> u = body_.displacement();
@@ -414,6 +416,7 @@ SurfaceRegistrationReport SurfaceRegistration::fit(std::span<const Vector3> poin
     sharing_ = sharing_points(points_, options_.shared_error_m);
     SurfaceRegistrationReport report;
     bool renew = false;
+    double last_size = 0;  // of the step before, if it was a full one of the same function
     Fitted fitted = at(q_, u_, {});
     check_distance(fitted);
     if (const double far = distance_quantile(fitted.matches, 0.95);
@@ -439,8 +442,12 @@ SurfaceRegistrationReport SurfaceRegistration::fit(std::span<const Vector3> poin
         // A cut step is no sign of an optimum. While s falls, J is another function at each
         // iterate.
         const bool lowered = fitted.matches.scale < 0.9 * scale;
-        report.converged =
-            (took || is_fresh_) && !changed && !lowered && step.size < options_.tolerance_m;
+        // The steps fall off geometrically, so that their sum, all that is left, is known.
+        const double rate = step.taken == 1 ? step.size / last_size : 1;
+        const double left = step.size * std::min(1.0, rate < 1 ? rate / (1 - rate) : 1.0);
+        last_size = took && step.taken == 1 && !changed && !lowered ? step.size : 0;
+        report.converged = (took || is_fresh_) && !changed && !lowered &&
+                           (took ? left : step.size) < options_.tolerance_m;
         if (options_.progress)
             options_.progress(
                 static_cast<double>(report.iterations) / allowed,
@@ -451,6 +458,7 @@ SurfaceRegistrationReport SurfaceRegistration::fit(std::span<const Vector3> poin
                 !changed && !lowered && step.size < coarsely * options_.tolerance_m;
             whole_left_ = took && !is_near ? whole_left_ - 1 : 0;
             report.converged = false;
+            last_size = 0;
             renew = true;
             continue;
         }

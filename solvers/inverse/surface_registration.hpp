@@ -21,7 +21,7 @@ struct SurfaceRegistrationOptions {
     /// Energy of forces that need no reason in the points: E0, J. Smaller: stiffer. None: chosen
     /// by the evidence (see PriorEvidence) in each iteration.
     std::optional<double> prior_energy_J{};
-    double tolerance_m = 0.0005;  ///< converged if nothing moves farther in an iteration
+    double tolerance_m = 0.0005;  ///< converged if nothing moves farther from then on
     int max_iterations = 40;
     /// Whether the first iterations move each zone of the forces as a whole: they find their way
     /// where many patterns end in a poor minimum. Only for zones that are known.

@@ -168,6 +168,7 @@ StepReport NewtonSolver::solve(const SolveControls& controls) {
     if (!snes_) make_snes(solver_.fine().share().comm);
     controls_ = controls;
     positive_steps_ = 0;
+    old_tangents_ = controls.old_tangents;
     report_ = {};
     progress_ = {};
     Stopwatch watch;
@@ -299,6 +300,10 @@ void NewtonSolver::evaluate(Vec x, Vec f) {
 void NewtonSolver::assemble(Vec x) {
     Stopwatch watch;
     copy_to_state(x);  // PETSc's line searches may have evaluated another state last
+    if (old_tangents_ > 0) {
+        --old_tangents_;
+        return;
+    }
     tangent_ = next_tangent();
     balance_.assemble(tangent_);
     report_.operator_s += watch.lap();

@@ -37,6 +37,10 @@ struct SolveControls {
     int max_newton = 50;
     double tolerance = 1e-8;
     double linear_tolerance = 1e-3;
+    /// So many first iterations of SNES take the tangent as it was assembled last (the chord
+    /// method), which must be near the present one: for a solve that begins where `linearise` was
+    /// called.
+    int old_tangents = 0;
     /// Called after each iteration of each linear solve; may be empty.
     std::function<void(const NewtonProgress&)> observe{};
     /// Asked before each Newton iteration but the first; may be empty. True: the solve ends, not
@@ -124,6 +128,7 @@ class NewtonSolver {
     bool has_user_limit_ = false;  ///< -snes_max_it is given
     Tangent tangent_ = Tangent::exact;
     int positive_steps_ = 0;  ///< iterations to come that take the positive tangent
+    int old_tangents_ = 0;    ///< and that keep the tangent as it is
     Vec along_ = nullptr;     ///< where a line is searched: its direction, for evaluate()
 };
 

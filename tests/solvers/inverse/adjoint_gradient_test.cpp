@@ -1,4 +1,4 @@
-// The adjoint's gradient against finite differences of whole nonlinear solves, in three models.
+// The adjoint's gradient against finite differences of whole nonlinear solves, in every model.
 
 #include "solvers/inverse/adjoint_gradient.hpp"
 
@@ -47,7 +47,8 @@ TEST_P(AdjointGradientTest, AgreesWithFiniteDifferences) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Models, AdjointGradientTest,
-                         testing::Values("linear", "corotated", "neohookean"),
+                         testing::Values("linear", "corotated", "green", "neohookean",
+                                         "mooney_rivlin", "holzapfel_gasser_ogden"),
                          [](const auto& info) { return std::string(info.param); });
 
 TEST(AdjointGradient, AgreesWithFiniteDifferencesInTheMixedForm) {

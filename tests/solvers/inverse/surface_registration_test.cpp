@@ -74,6 +74,34 @@ TEST_F(SurfaceRegistrationTest, FindsForcesWhosePlaceIsNotKnown) {
     EXPECT_LT(std::sqrt(squares / static_cast<double>(x.size())), 0.0007);
 }
 
+/// Two zones of three patterns each: after the first iterations the forces of a zone are still
+/// alike, and at the end they are not.
+TEST_F(SurfaceRegistrationTest, MovesEachZoneAsAWholeAtFirst) {
+    const auto side = [&](double from, double to) {
+        return test::nodes_where(block.mesh(), [&](const Vector3& r) {
+            return r.z() > 0.0399 && r.x() > from && r.x() < to;
+        });
+    };
+    ForceBasis zones = smooth_forces(rest(), side(-1, 0.03), 3);
+    zones.add(smooth_forces(rest(), side(0.05, 1), 3));
+    const Eigen::MatrixXd whole = zones.of_whole_zones();
+    ASSERT_EQ(whole.rows(), 18);
+    ASSERT_EQ(whole.cols(), 6);
+    EXPECT_EQ(whole.sum(), 18);
+    const std::vector<Vector3> points = block.points_on_top(truth(pull), 0);
+    const auto spread = [&](int iterations) {
+        SurfaceRegistration registration(block.body, rest(), block.surface, zones,
+                                         {.max_iterations = iterations, .starts_whole = true});
+        (void)registration.fit(points);
+        const Eigen::VectorXd p = registration.coefficients();
+        EXPECT_GT(p.norm(), 0);
+        const Eigen::VectorXd mean = whole * (whole.transpose() * p / 3);
+        return (p - mean).norm() / p.norm();
+    };
+    EXPECT_LT(spread(1), 1e-12);
+    EXPECT_GT(spread(30), 0.05);
+}
+
 TEST_F(SurfaceRegistrationTest, FollowsASequenceFromFrameToFrame) {
     SurfaceRegistration registration(block.body, rest(), block.surface, uniform, {});
     std::vector<std::vector<Vector3>> frames;
