@@ -29,7 +29,7 @@ struct RegistrationCell {
     SurfaceSweep sweep{};
     KnownSupport support = KnownSupport::fixed;
     KnownForces forces = KnownForces::zone;
-    const char* law = "neohookean";
+    const char* law = "neohookean";  ///< of the model
 };
 
 /// Keys of the scene's section deform that a user of the benchmark may vary.
@@ -63,10 +63,10 @@ struct RegistrationRun {
 /// RMS of a vector of the targets of all runs, m.
 double rms_over(const std::vector<RegistrationRun>& runs, Vector3 RegisteredTarget::*vector);
 
-/// Registers the organ by its surface, rigidly and deforming, with a model of another material
-/// (nu = 0.40 in place of 0.45), mesh and elements (four nodes) than the truth's. The frame of the points
-/// is off by 2 mm and 1 degree. `model`: the mesh, with the set "fixed". `prior`: values of the
-/// scene's section deform. Needs a PetscSession.
+/// Registers the organ by its surface, rigidly and deforming, with a model of another material (nu
+/// = 0.40 in place of 0.45), mesh and elements (four nodes) than the truth's. The frame of the
+/// points is off by 2 mm and 1 degree. `model`: the mesh, with the set "fixed". `prior`: values of
+/// the scene's section deform. Needs a PetscSession.
 RegistrationRun run_registration(const RegistrationCell& cell, const PulledOrgan& organ,
                                  const MeshHierarchy& model, std::uint64_t seed,
                                  const RegistrationPrior& prior);

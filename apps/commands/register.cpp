@@ -242,9 +242,11 @@ void register_fiducials(const RegisterArguments& a) {
     if (a.tracker.empty() || a.image.empty())
         fail("{} is missing, expected --tracker and --image with fiducials, or --deform SCENE",
              a.tracker.empty() ? "--tracker" : "--image");
-    if (!a.landmarks.empty() || !a.registration.empty() || !a.json.empty() || a.live ||
-        !a.publish.empty())
-        fail("--landmarks, --registration, --json, --live and --publish go with --deform SCENE");
+    if (!a.landmarks.empty() || !a.registration.empty() || !a.json.empty() || a.follow.live ||
+        !a.follow.publish.empty() || !a.follow.later_points.empty())
+        fail(
+            "--landmarks, --later-points, --registration, --json, --live and --publish go with "
+            "--deform SCENE");
     if (a.materials.support) fail("--support goes with --materials SCENE");
     if (a.surface.empty() && !(a.surface_points.empty() && a.surface_frames.empty()))
         fail("--surface-points and --surface-frames lie on the organ, expected --surface FILE too");
@@ -324,6 +326,10 @@ void add_deform_options(CLI::App* command, const std::shared_ptr<RegisterArgumen
                         "a scene (YAML) with the organ's mesh, material, fixed nodes and section "
                         "`deform`: finds the forces and the displacement that bring its surface "
                         "to --surface-points, and writes them as `livetet solve` does");
+    command->add_option("--later-points", a->follow.later_points,
+                        "--deform: further lists of points, of the organ as it moves on, in "
+                        "order: each is fitted from the state before, and is a frame of the "
+                        "result");
     command->add_option(
         "--landmarks", a->landmarks,
         "--deform, --materials: named landmarks of the deformed organ, in the frame of the "
@@ -335,11 +341,11 @@ void add_deform_options(CLI::App* command, const std::shared_ptr<RegisterArgumen
         "with the rigid motion that was found");
     command->add_option("--json", a->json,
                         "--deform, --materials: also write the figures to this file");
-    command->add_flag("--live", a->live,
+    command->add_flag("--live", a->follow.live,
                       "--deform: fit while the tip is led over the organ (--surface-points: a "
                       "stream, or a recording, played at its own pace): each fit is shown, and is "
                       "a frame of the result; Ctrl-C or --for ends the sweep of a stream");
-    command->add_option("--publish", a->publish, fmt::format("--live: {}", publish_help));
+    command->add_option("--publish", a->follow.publish, fmt::format("--live: {}", publish_help));
     command->add_option("--materials", a->materials.scene,
                         "a scene (YAML) with known loads or displacements: finds the values of its "
                         "materials that have a spread (young_Pa: 3000 +- 2000, poisson) from "

@@ -7,8 +7,10 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
+#include <set>
 
 #include "apps/commands/deform_result.hpp"
+#include "apps/commands/deform_sequence.hpp"
 #include "apps/commands/live_sweep.hpp"
 #include "apps/commands/measured_landmarks.hpp"
 #include "apps/commands/publish_option.hpp"
@@ -36,9 +38,18 @@ bool is_point_list(const std::string& name) {
     return end == ".csv" || end == ".json" || end == ".fcsv";
 }
 
+/// What the command line does not name is taken from the scene.
+void take_from_scene(RegisterArguments& a, const DeformOptions& deform) {
+    if (a.surface_points.empty()) a.surface_points = deform.surface_points;
+    if (a.follow.later_points.empty()) a.follow.later_points = deform.later_points;
+    if (a.landmarks.empty()) a.landmarks = deform.landmarks;
+    if (a.image.empty()) a.image = deform.landmarks_at_rest;
+}
+
 void check_deform_arguments(const RegisterArguments& a) {
     if (a.surface_points.empty())
-        fail("--deform {}: no points, expected --surface-points FILE", a.scene.string());
+        fail("--deform {}: no points, expected --surface-points FILE, or deform.surface_points",
+             a.scene.string());
     const std::pair<const char*, bool> idle[] = {{"--tracker", !a.tracker.empty()},
                                                  {"--surface", !a.surface.empty()},
                                                  {"--scale", a.scale},
@@ -60,9 +71,14 @@ void check_deform_arguments(const RegisterArguments& a) {
             "FILE",
             a.output.string());
     if (!a.output.empty()) expect_ending("--output", a.output, ".json");
-    if (!a.publish.empty() && !a.live)
-        fail("--publish {}: has no effect without --live", a.publish);
-    if (!a.live) return;
+    if (!a.follow.publish.empty() && !a.follow.live)
+        fail("--publish {}: has no effect without --live", a.follow.publish);
+    for (const std::string& later : a.follow.later_points)
+        if (!is_point_list(later))
+            fail("--later-points {}: expected a list of points (.csv, .mrk.json, .fcsv)", later);
+    if (!a.follow.live) return;
+    if (!a.follow.later_points.empty())
+        fail("--later-points {}: has no effect with --live", a.follow.later_points.front());
     if (is_point_list(a.surface_points))
         fail(
             "--live: {} is a list of points, expected openigtlink://host:port, a recording or a "
@@ -73,6 +89,16 @@ void check_deform_arguments(const RegisterArguments& a) {
     if (!a.surface_frames.empty())
         fail("--surface-frames {}: has no effect with --live, which takes the whole sweep",
              a.surface_frames);
+}
+
+void check_outputs(const RegisterArguments& a, const Scene& scene) {
+    std::set<std::filesystem::path> inputs{a.surface_points, a.landmarks, a.registration, a.image};
+    inputs.insert(a.follow.later_points.begin(), a.follow.later_points.end());
+    for (const auto& [name, path] :
+         {std::pair{"--json", a.json}, std::pair{"--output", a.output}}) {
+        refuse_to_overwrite(name, path, scene, a.scene);
+        refuse_to_overwrite(name, path, inputs);
+    }
 }
 
 /// What the points are mapped by; the tool's poses are then taken in its frame.
@@ -87,7 +113,7 @@ std::optional<FiducialRegistration> read_frame(RegisterArguments& a) {
 MeasuredOrgan read_measured(const RegisterArguments& a,
                             const std::optional<FiducialRegistration>& registration) {
     MeasuredOrgan measured{a.surface_points, {}, matched_landmarks(a)};
-    if (!a.live) measured.points = collect_surface_points(a, read_until_signal);
+    if (!a.follow.live) measured.points = collect_surface_points(a, read_until_signal);
     if (!registration) return measured;
     for (Vector3& c : measured.points) c = registration->image_from_base * c;
     map_landmarks(*registration, measured.landmarks);
@@ -107,7 +133,7 @@ SweptPoints follow_sweep(const RegisterArguments& a, const Scene& scene, SceneBo
                          const std::vector<MeasuredLandmark>& landmarks, ResultWriter* writer) {
     constexpr double after_s = 0.001;  // of the last fit on the way: that of all points
     std::optional<PublishOptions> publish;
-    take_publish(a.publish, publish);
+    take_publish(a.follow.publish, publish);
     LiveSweep live(a, scene, body, registering, frame, landmarks, {writer, publish});
     const auto read = [&](const std::string& source, RecordingOptions options) {
         const StopSignals signals;
@@ -246,10 +272,11 @@ void print_found(const DeformedOrgan& found, const MeasuredOrgan& measured, Poin
     fmt::print("seconds          first step {:.2f}, fit {:.2f}\n", found.first_step_s, found.fit_s);
 }
 
-RunHistory history_of(const DeformedOrgan& found) {
+/// Adds a fit as a step of the run.
+void add_fit(const DeformedOrgan& found, double time_s, RunHistory& history) {
     const SurfaceRegistrationReport& r = found.report;
-    RunHistory history;
-    history.steps.push_back({1, 1, found.equilibrium, true});
+    history.steps.push_back({time_s, 1, found.equilibrium, true});
+    if (!history.converged) return;
     history.converged = r.converged && found.equilibrium.converged;
     if (!r.converged)
         history.failure = fmt::format(
@@ -260,7 +287,6 @@ RunHistory history_of(const DeformedOrgan& found) {
         history.failure =
             fmt::format("the forces found left an imbalance of {:.1e} (allowed {:.1e})",
                         found.equilibrium.imbalance, found.equilibrium.allowed_imbalance);
-    return history;
 }
 
 void write_refined(const RegisterArguments& a, FiducialRegistration registration,
@@ -276,6 +302,15 @@ void write_refined(const RegisterArguments& a, FiducialRegistration registration
                                              found.open_motions};
     registration.expected_error.reset();  // that of the fiducials alone
     write_registration(a.output, registration);
+}
+
+void close_result(ResultWriter& writer, const DeformedOrgan& found, const json& about,
+                  const json& deform) {
+    if (!found.targets.empty())
+        writer.write_text("targets", text_of_targets(names_of_targets(found)));
+    writer.write_text("solve", about.dump());
+    writer.write_text("registration", deform.dump());
+    writer.close();
 }
 
 /// Adds what is to be said of the state that the body is in.
@@ -295,17 +330,15 @@ int register_deforming(RegisterArguments a) {
     // 1. inputs
     PetscSession session("livetet", {});
     if (session.ranks() > 1) fail("register --deform: runs on one rank, found {}", session.ranks());
-    check_deform_arguments(a);
     const Scene scene = load_scene(a.scene);
+    take_from_scene(a, deform_options(scene));
+    check_deform_arguments(a);
     check_deform_scene(scene);
-    for (const auto& [name, path] :
-         {std::pair{"--json", a.json}, std::pair{"--output", a.output}}) {
-        refuse_to_overwrite(name, path, scene, a.scene);
-        refuse_to_overwrite(name, path, {a.surface_points, a.landmarks, a.registration, a.image});
-    }
+    check_outputs(a, scene);
     session.add_options(scene.solver.petsc_options);
     const std::optional<FiducialRegistration> registration = read_frame(a);
     SweptPoints points{read_measured(a, registration)};
+    const std::vector<MeasuredOrgan> later = read_later_points(a.follow.later_points, registration);
 
     // 2. mesh, body
     std::optional<ProgressLine> progress;
@@ -327,7 +360,7 @@ int register_deforming(RegisterArguments a) {
     // 3. registration
     const PointFrame frame = deform_options(scene).frame;
     DeformingRegistration registering(scene, body, constraints);
-    if (a.live) {
+    if (a.follow.live) {
         progress.reset();
         points = follow_sweep(a, scene, body, registering, *registration, points.measured.landmarks,
                               writer ? &*writer : nullptr);
@@ -335,30 +368,30 @@ int register_deforming(RegisterArguments a) {
     }
     const MeasuredOrgan& measured = points.measured;
     DeformedOrgan found = registering.finish(measured, progress->callback());
-    if (a.live) {
-        found.first_step_s = points.first_step_s.value_or(found.first_step_s);
-        if (!found.is_stated) registering.state_errors(found);  // every frame of a result has them
-    }
+    if (a.follow.live) found.first_step_s = points.first_step_s.value_or(found.first_step_s);
+    if (!found.is_stated && (a.follow.live || !later.empty()))
+        registering.state_errors(found);  // every frame of a result has them
+    RunHistory history;
+    add_fit(found, points.end_s, history);
+    if (writer) append_found(*writer, scene, body, found, points.end_s);
+    const std::vector<LaterFit> fits = fit_later(later, points.end_s, scene, body, registering,
+                                                 writer ? &*writer : nullptr, progress->callback());
+    for (const LaterFit& fit : fits)
+        if (!fit.goes_on) add_fit(fit.found, fit.time_s, history);
     progress.reset();
     describe_state(scene, body, constraints, figures);
-    const RunHistory history = history_of(found);
     figures.sum = sum_of(history);
 
     // 4. results
     json about = describe_run(scene, body, history, figures, 0);
-    const json deform = describe_deform(found, measured, frame);
-    if (writer) {
-        append_found(*writer, scene, body, found, points.end_s);
-        if (!found.targets.empty())
-            writer->write_text("targets", text_of_targets(names_of_targets(found)));
-        writer->write_text("solve", about.dump());
-        writer->write_text("registration", deform.dump());
-        writer->close();
-    }
+    json deform = describe_deform(found, measured, frame);
+    for (const LaterFit& fit : fits) deform["later"].push_back(describe_later(fit));
+    if (writer) close_result(*writer, found, about, deform);
     if (!a.output.empty()) write_refined(a, *registration, found, measured.points.size());
     about["registration"] = deform;
     if (!a.json.empty()) write_text_file(a.json, about.dump(2) + "\n");
     print_found(found, measured, frame, figures.largest_displacement_m);
+    print_later(fits);
     for (const std::string& sentence : figures.beyond_model)
         fmt::print("warning          {}\n", sentence);
     fmt::print(

@@ -29,10 +29,11 @@ void check_material_arguments(const RegisterArguments& a) {
     const std::pair<const char*, bool> idle[] = {{"--tracker", !a.tracker.empty()},
                                                  {"--surface", !a.surface.empty()},
                                                  {"--surface-points", !a.surface_points.empty()},
+                                                 {"--later-points", !a.follow.later_points.empty()},
                                                  {"--deform", !a.scene.empty()},
                                                  {"--output", !a.output.empty()},
-                                                 {"--live", a.live},
-                                                 {"--publish", !a.publish.empty()}};
+                                                 {"--live", a.follow.live},
+                                                 {"--publish", !a.follow.publish.empty()}};
     for (const auto& [name, given] : idle)
         if (given) fail("{}: has no effect with --materials, expected --landmarks", name);
     if (a.landmarks.empty() || a.image.empty())

@@ -19,6 +19,13 @@ struct MaterialArguments {
     bool support = false;  ///< soft `fix` are sought, too
 };
 
+/// Options of `livetet register --deform` for an organ that is followed.
+struct FollowArguments {
+    bool live = false;                      ///< fit while the tip is led over the surface
+    std::string publish;                    ///< where `live` serves its fits
+    std::vector<std::string> later_points;  ///< lists, as the organ moves on
+};
+
 /// Options of `livetet register`.
 struct RegisterArguments {
     std::string tracker;               ///< file of points, recording or stream
@@ -35,8 +42,7 @@ struct RegisterArguments {
     double surface_left_out = 0.1;
     std::filesystem::path scene;  ///< --deform
     std::filesystem::path landmarks, registration, json;
-    bool live = false;  ///< fit while the tip is led over the surface
-    std::string publish;
+    FollowArguments follow{};
     MaterialArguments materials{};
 };
 

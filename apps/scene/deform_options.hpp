@@ -35,7 +35,11 @@ struct DeformOptions {
     double frame_error_deg = 2;
     double tolerance_mm = 0.5;
     int max_iterations = 40;
+    int later_iterations = 1000;
     std::vector<TargetOptions> targets;
+    std::string surface_points;  ///< a file or a stream
+    std::vector<std::string> later_points;
+    std::filesystem::path landmarks, landmarks_at_rest;
 };
 
 template <class Visitor>
@@ -90,12 +94,28 @@ void visit_fields(Visitor& v, DeformOptions& d) {
             "what the points may be turned by about each axis, one standard deviation",
             within({0.01, 45}));
     v.field("tolerance_mm", d.tolerance_mm, "mm",
-            "ends when no node and no point moves farther in an iteration", within({0.001, 10}));
+            "ends when no node and no point moves farther from there, by how the last steps fell "
+            "off",
+            within({0.001, 10}));
     v.field("max_iterations", d.max_iterations, "", "Gauss-Newton iterations at most",
+            within<int>({1, 1000}));
+    v.field("later_iterations", d.later_iterations, "",
+            "iterations at most for each list of later_points but the last: what is left then is "
+            "done with the next list, and the frame states no error",
             within<int>({1, 1000}));
     v.list("targets", d.targets,
            "where the error of the result is stated: each by point_mm, points, or a selection of "
            "nodes (of a region, the worst place counts); none: those of track.targets");
+    v.field("surface_points", d.surface_points, "",
+            "what --surface-points names, where it is not given: points of the deformed surface, a "
+            "list, a recording or a stream");
+    v.field("later_points", d.later_points, "",
+            "what --later-points names, where it is not given: lists of points of the surface as "
+            "the organ moves on");
+    v.field("landmarks", d.landmarks, "",
+            "what --landmarks names, where it is not given: a list of named points of the deformed "
+            "organ");
+    v.field("landmarks_at_rest", d.landmarks_at_rest, "", "the same points at rest: --image");
 }
 
 /// Checks keys of a deform section against each other. Throws Error with the place of a key.

@@ -77,6 +77,12 @@ void resolve_paths(Scene& scene, const std::filesystem::path& folder) {
     const auto resolve = [&](std::filesystem::path& p) {
         if (!p.empty() && p.is_relative()) p = folder / p;
     };
+    const auto resolve_source = [&](std::string& source) {  // a file or a stream
+        if (source.find("://") != std::string::npos) return;
+        std::filesystem::path path = source;
+        resolve(path);
+        source = path.string();
+    };
     resolve(scene.mesh.file);
     resolve(scene.image);
     for (auto& f : scene.fix)
@@ -96,13 +102,13 @@ void resolve_paths(Scene& scene, const std::filesystem::path& folder) {
         for (ForceZoneOptions& zone : scene.deform->forces)
             if (zone.mask) resolve(*zone.mask);
         resolve_targets(scene.deform->targets);
+        resolve_source(scene.deform->surface_points);
+        for (std::string& points : scene.deform->later_points) resolve_source(points);
+        resolve(scene.deform->landmarks);
+        resolve(scene.deform->landmarks_at_rest);
     }
     if (scene.track) {
-        if (scene.track->source.find("://") == std::string::npos) {
-            std::filesystem::path source = scene.track->source;
-            resolve(source);
-            scene.track->source = source.string();
-        }
+        resolve_source(scene.track->source);
         resolve(scene.track->registration);
         resolve(scene.track->start);
         for (ToolOptions& tool : scene.track->tools) resolve(tool.tip);

@@ -36,6 +36,9 @@ std::set<std::filesystem::path> read_files(const Scene& scene) {
         for (const ForceZoneOptions& zone : scene.deform->forces)
             if (zone.mask) files.insert(*zone.mask);
         add_targets(scene.deform->targets);
+        files.insert({scene.deform->surface_points, scene.deform->landmarks,
+                      scene.deform->landmarks_at_rest});
+        files.insert(scene.deform->later_points.begin(), scene.deform->later_points.end());
     }
     if (scene.track) {
         files.insert({scene.track->source, scene.track->registration, scene.track->start});

@@ -228,10 +228,11 @@ DeformedOrgan DeformingRegistration::fit(const MeasuredOrgan& measured,
 }
 
 void DeformingRegistration::refuse_other_surface(const MeasuredOrgan& measured,
-                                                 const DeformedOrgan& found) const {
+                                                 const DeformedOrgan& found,
+                                                 int max_iterations) const {
     constexpr double most = 3;  // standard deviations: half of normal errors are within 0.67
     const SurfaceRegistrationReport& r = found.report;
-    const bool goes_on = !r.converged && r.iterations == deform_.max_iterations;
+    const bool goes_on = !r.converged && r.iterations == max_iterations;
     if (goes_on || r.median_m < most * deform_.point_error_mm / 1e3) return;
     fail(
         "{}: the points are not of this surface, deformed as deform.forces allows: {:.1f} mm "
@@ -258,20 +259,35 @@ void DeformingRegistration::state_errors(DeformedOrgan& found) {
     }
 }
 
+void DeformingRegistration::place_targets(DeformedOrgan& found) const {
+    for (const auto& [name, places] : targets_) {
+        TargetSpread& target = found.targets.emplace_back();
+        target.name = name;
+        target.place = places.front();
+        target.position =
+            target.place.of(mesh().nodes) + target.place.of(registration_->displacement());
+    }
+}
+
 DeformedOrgan DeformingRegistration::finish(const MeasuredOrgan& measured,
-                                            const ProgressCallback& progress) {
+                                            const ProgressCallback& progress,
+                                            std::optional<int> max_iterations) {
+    const int most = max_iterations.value_or(deform_.max_iterations);
     check(measured);
     const SurfaceFit rigid = fit_rigidly(measured, surface_);
     if (deform_.frame == PointFrame::surface && !start_) start_ = rigid.image_from_start;
-    DeformedOrgan found = fit(measured, {}, progress);
+    DeformedOrgan found = fit(measured, most, progress);
     found.rigid_rms_m = rigid.rms_after;
-    refuse_other_surface(measured, found);
+    refuse_other_surface(measured, found, most);
     if (found.report.converged) {
         if (progress) progress(1, "what the points determine");
         state_errors(found);
     }
     body_.body->set_external_force(registration_->forces());
-    found.equilibrium = body_.body->solve(0, solve_controls(scene_));
+    SolveControls controls = solve_controls(scene_);
+    // A factorisation of the last tangent, of here or one step away, brings the body to rest.
+    if (body_.body->linear_solver().kind() == SolverKind::direct) controls.old_tangents = 4;
+    found.equilibrium = body_.body->solve(0, controls);
     const std::vector<Vector3> u = body_.body->displacement();
     for (TargetSpread& t : found.targets) t.position = t.place.of(mesh().nodes) + t.place.of(u);
     return found;

@@ -81,10 +81,14 @@ class DeformingRegistration {
                       const ProgressCallback& progress = {});
     /// Adds what the points determine, and the targets, linearised where the last fit ended.
     void state_errors(DeformedOrgan& found);
+    /// Adds the targets alone, where the last fit puts them: the errors of a fit that did not
+    /// converge are not stated.
+    void place_targets(DeformedOrgan& found) const;
     /// Checks the points, fits them to the end, states the errors if that converged, and brings the
     /// body to equilibrium to the scene's tolerance. Throws Error where the surface that the fit
     /// ends with is not that of the points, too.
-    DeformedOrgan finish(const MeasuredOrgan& measured, const ProgressCallback& progress = {});
+    DeformedOrgan finish(const MeasuredOrgan& measured, const ProgressCallback& progress = {},
+                         std::optional<int> max_iterations = {});
 
   private:
     /// Points and landmarks about which the pose is sought.
@@ -94,7 +98,8 @@ class DeformingRegistration {
     };
     const TetMesh& mesh() const { return body_.mesh(); }
     PlacedPoints placed(const MeasuredOrgan& measured) const;
-    void refuse_other_surface(const MeasuredOrgan& measured, const DeformedOrgan& found) const;
+    void refuse_other_surface(const MeasuredOrgan& measured, const DeformedOrgan& found,
+                              int max_iterations) const;
 
     const Scene& scene_;
     SceneBody& body_;

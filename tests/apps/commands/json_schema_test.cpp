@@ -114,6 +114,7 @@ std::string complete_scene() {
     DeformOptions& deform = scene.deform.emplace();
     static_cast<SelectionOptions&>(deform.forces.emplace_back()) = nodes;
     deform.targets = track.targets;
+    deform.later_points = {"later.csv"};
     scene.probes.emplace();
     scene.output.fields = {"stress", "reactions"};
     std::string text = to_yaml(scene);

@@ -67,6 +67,70 @@ TEST(RegisterDeform, FindsATargetAndStatesItsError) {
     EXPECT_EQ(report.status, 0) << report.err;
 }
 
+/// The organ is let go on the way, then pulled again: each list starts from the state before.
+TEST(RegisterDeform, FollowsLaterListsOfPoints) {
+    const DeformedBlock block;
+    block.write_scene("  frame: fixed\n  later_points: [between.csv, points.csv]\n");
+    write_points(block.folder / "points.csv", block.points());
+    std::vector<Vector3> between = block.points();
+    for (Vector3& c : between) c.z() = std::min(c.z(), 0.041);  // nearly at rest
+    write_points(block.folder / "between.csv", between);
+    const auto outcome = block.run("--json found.json");
+    ASSERT_EQ(outcome.status, 0) << outcome.err << outcome.out;
+    const json found = json::parse(text_of(block.folder / "found.json"))["registration"];
+    const json& later = found["later"];
+    ASSERT_EQ(later.size(), 2);
+    EXPECT_LT(later[0]["total_force_N"][2].get<double>(),
+              0.6 * found["total_force_N"][2].get<double>());
+    EXPECT_NEAR(later[1]["total_force_N"][2].get<double>(), found["total_force_N"][2].get<double>(),
+                0.05);
+    EXPECT_EQ(later[1]["time_s"].get<double>(), 3);
+    const ResultReader result(block.folder / "result.h5");
+    ASSERT_EQ(result.frame_count(), 3);
+    double apart = 0;
+    for (std::size_t n = 0; n < result.displacement(0).size(); ++n)
+        apart = std::max(apart, (result.displacement(2)[n] - result.displacement(0)[n]).norm());
+    EXPECT_LT(apart, 0.0004);
+    EXPECT_NE(outcome.out.find("between.csv"), std::string::npos);
+
+    block.write_scene(
+        "  frame: fixed\n  later_points: [between.csv, points.csv]\n  later_iterations: 1\n");
+    const auto hurried = block.run();
+    ASSERT_EQ(hurried.status, 0) << hurried.err << hurried.out;
+    EXPECT_NE(hurried.out.find("between.csv (goes on)"), std::string::npos) << hurried.out;
+    const ResultReader frames(block.folder / "result.h5");
+    const StatementReader statements(frames, "result.h5");
+    EXPECT_FALSE(statements.read(0).missing.has(ErrorSource::solver));
+    EXPECT_TRUE(statements.read(1).missing.has(ErrorSource::solver));
+    EXPECT_FALSE(statements.read(2).missing.has(ErrorSource::solver));
+
+    write_points(block.folder / "far.csv", std::vector<Vector3>(40, Vector3(9, 9, 9)));
+    expect_refused(block.run("--later-points far.csv"), {"far.csv"});
+    expect_refused(block.run("--later-points sweep.mha"), {"--later-points sweep.mha", ".csv"});
+}
+
+TEST(RegisterDeform, TakesPointsAndLandmarksThatTheSceneNames) {
+    const DeformedBlock block;
+    block.write_scene(
+        "  frame: fixed\n  surface_points: ../points.csv\n  landmarks: ../now.csv\n"
+        "  landmarks_at_rest: ../rest.csv\n");
+    write_points(block.folder / "points.csv", block.points());
+    write_points(block.folder / "rest.csv", {middle});
+    write_points(block.folder / "now.csv", {block.true_place(middle)});
+    // The scene's paths are relative to the scene.
+    std::string scene = text_of(block.folder / "scene.yaml");
+    scene.replace(scene.find("block.h5"), 8, "../block.h5");
+    std::filesystem::create_directory(block.folder / "in");
+    write_text(block.folder / "in" / "scene.yaml", scene);
+    const auto outcome = livetet(block.folder, "register --deform in/scene.yaml --json found.json");
+    ASSERT_EQ(outcome.status, 0) << outcome.err << outcome.out;
+    const json about = json::parse(text_of(block.folder / "found.json"));
+    EXPECT_EQ(about["registration"]["landmarks_mm"].size(), 1);
+    EXPECT_LT(about["registration"]["landmarks_mm"]["P1"].get<double>(), 1);
+    expect_refused(livetet(block.folder, "register --deform in/scene.yaml --json rest.csv"),
+                   {"--json", "rest.csv"});
+}
+
 TEST(RegisterDeform, ChoosesTheEnergyOfThePriorUnlessTheSceneStatesIt) {
     const DeformedBlock block;
     write_points(block.folder / "points.csv", block.points());
@@ -329,10 +393,12 @@ class RegisterDeformData : public testing::Test {
     struct Errors {
         double all = 0, unseen = 0;
     };
-    Errors errors_of(const std::string& sequence, const std::string& frame) const {
+    /// Of frame `k` of the result.
+    Errors errors_of(const std::string& sequence, const std::string& frame,
+                     std::size_t k = 0) const {
         const ResultReader result(folder / "result.h5");
         const std::vector<Vector3> truth = rows(sequence + "/positions_" + frame + ".csv");
-        const std::vector<Vector3> u = result.displacement(0);
+        const std::vector<Vector3> u = result.displacement(k);
         EXPECT_EQ(u.size(), truth.size());
         std::vector<std::uint8_t> is_seen(u.size(), 0);
         const TriangleMesh surface{truth, boundary_triangles(result.mesh().tets)};
@@ -356,22 +422,38 @@ class RegisterDeformData : public testing::Test {
 };
 
 TEST_F(RegisterDeformData, FindsALiverFromAPartOfItsSurface) {
-    for (const std::string frame : {"00", "49"}) {
-        write_inputs("neohookean_s1", frame,
-                     fmt::format("{{nodes: [{}], pattern: uniform}}",
-                                 list_of("neohookean_s1/loaded_nodes.txt")));
+    // First one pull, each frame from the one before; then the other, from rest.
+    const std::vector<std::string> frames{"00", "07", "14", "21", "28", "35", "42", "49"};
+    const auto expect_found = [&](const std::string& sequence, const std::string& frame,
+                                  std::size_t k, const json& found) {
+        const Errors errors = errors_of(sequence, frame, k);
+        EXPECT_LT(errors.all, 0.0015) << sequence << frame;
+        EXPECT_LT(errors.unseen, 0.003) << sequence << frame;
+        const json& f = found["total_force_N"];
+        const Vector3 truth = rows(sequence + "/total_force_N.csv")[std::stoul(frame)];
+        EXPECT_LT((Vector3(f[0], f[1], f[2]) - truth).norm(), 0.15 * truth.norm())
+            << sequence << frame;
+    };
+    const auto found_with = [&](const std::string& sequence, const std::string& options) {
+        write_inputs(sequence, frames.front(),
+                     fmt::format("{{nodes: [{}]}}", list_of(sequence + "/loaded_nodes.txt")));
+        std::string later;
+        for (std::size_t k = 1; k < frames.size(); ++k) {
+            later += fmt::format(" {}.csv", frames[k]);
+            write_points(folder / (frames[k] + ".csv"),
+                         rows(fmt::format("{}/cloud_{}.csv", sequence, frames[k])));
+        }
         const auto outcome = livetet(
-            folder, "register --deform scene.yaml --surface-points points.csv --json found.json");
-        ASSERT_EQ(outcome.status, 0) << outcome.err << outcome.out;
-        const Errors errors = errors_of("neohookean_s1", frame);
-        EXPECT_LT(errors.all, 0.0015) << frame;
-        EXPECT_LT(errors.unseen, 0.001) << frame;
-        const json found = json::parse(text_of(folder / "found.json"))["registration"];
-        const Vector3 force(found["total_force_N"][0], found["total_force_N"][1],
-                            found["total_force_N"][2]);
-        const Vector3 truth = rows("neohookean_s1/total_force_N.csv")[std::stoul(frame)];
-        EXPECT_LT((force - truth).norm(), 0.15 * truth.norm());
-    }
+            folder, "register --deform scene.yaml --surface-points points.csv --json found.json " +
+                        options + (options.empty() ? "" : later));
+        EXPECT_EQ(outcome.status, 0) << outcome.err << outcome.out;
+        return json::parse(text_of(folder / "found.json"))["registration"];
+    };
+    const json first = found_with("neohookean_s1", "--later-points");
+    expect_found("neohookean_s1", "00", 0, first);
+    for (std::size_t k = 1; k < frames.size(); ++k)
+        expect_found("neohookean_s1", frames[k], k, first["later"][k - 1]);
+    expect_found("neohookean_s2", "00", 0, found_with("neohookean_s2", ""));
 }
 
 TEST_F(RegisterDeformData, FindsALiverWhereThePlaceOfTheForcesIsNotKnown) {
