@@ -9,7 +9,6 @@
 #include "apps/bench/benchmarks.hpp"
 #include "apps/bench/figure_option.hpp"
 #include "apps/bench/registration_run.hpp"
-#include "apps/phantom/phantom_truth.hpp"
 #include "apps/plots/pictures.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -26,7 +25,7 @@ struct RegistrationBenchArguments {
     bool quick = false;
     RegistrationPrior prior;
     std::string only;
-    std::filesystem::path json, figure;
+    std::filesystem::path surface, json, figure;
 };
 
 /// A cell, and its runs by seed.
@@ -224,7 +223,7 @@ void draw_registration(const std::filesystem::path& path, const std::vector<Meas
     write_spread_picture(path, charts);
 }
 
-/// Registers the pulled phantom by a part of its surface: rigidly, and deforming. Returns 1 if an
+/// Registers the pulled organ by a part of its surface: rigidly, and deforming. Returns 1 if an
 /// aim is missed.
 int bench_registration(const RegistrationBenchArguments& a) {
     PetscSession session("livetet", {});
@@ -237,16 +236,16 @@ int bench_registration(const RegistrationBenchArguments& a) {
     // 1. truths and models
     constexpr double max_rms_m = 0.015;
     const PhantomImages images = make_phantom_images(0.0015, 1);
+    const BenchOrgan organ_of =
+        a.surface.empty() ? phantom_organ(images) : surface_organ(a.surface);
     std::vector<MeasuredCell> cells = registration_cells(a);
-    const auto model_of = [&](int tets) {
-        return mesh_for_truth(images.labels, images.fixed_mask, tets, progress->callback());
-    };
+    const auto model_of = [&](int tets) { return organ_of.mesh(tets, progress->callback()); };
     const MeshHierarchy model = model_of(a.tets);
     std::optional<RegistrationRun> timed;
     for (int s = 1; s <= a.seeds; ++s) {
         const auto seed = static_cast<std::uint64_t>(s);
         const PulledOrgan organ =
-            pull_organ(images, a.truth_tets, seed, max_rms_m, progress->callback());
+            pull_organ(organ_of, a.truth_tets, seed, max_rms_m, progress->callback());
 
         // 2. all cells
         for (MeasuredCell& m : cells) {
@@ -279,7 +278,7 @@ int bench_registration(const RegistrationBenchArguments& a) {
 void add_registration_benchmark(CLI::App& bench, int& status) {
     CLI::App* command = bench.add_subcommand(
         "registration",
-        "Error at targets of the pulled phantom, registered rigidly and deforming by a part of its "
+        "Error at targets of a pulled organ, registered rigidly and deforming by a part of its "
         "surface, against coverage, noise, outliers and motion; exit status 1 if an aim is missed");
     auto a = std::make_shared<RegistrationBenchArguments>();
     command->add_option("--seeds", a->seeds, "pulls, drawn by seeds 1, 2, ...")
@@ -291,6 +290,9 @@ void add_registration_benchmark(CLI::App& bench, int& status) {
     command->add_option("--truth-tets", a->truth_tets, "ten-node tets of the truth")
         ->capture_default_str()
         ->check(CLI::Range(500, 1000000));
+    command->add_option("--surface", a->surface,
+                        "a closed surface of an organ (mm, RAS) in place of the phantom: pulled "
+                        "at its front, held at its back");
     command
         ->add_option("--only", a->only,
                      "the first cell, and those in which this is varied; no timing")

@@ -7,8 +7,6 @@
 #include <numeric>
 #include <random>
 
-#include "apps/phantom/phantom_shape.hpp"
-#include "apps/phantom/phantom_truth.hpp"
 #include "apps/simulation/scene_run.hpp"
 #include "base/error.hpp"
 #include "mesh/quadratic.hpp"
@@ -17,19 +15,13 @@ namespace livetet {
 
 namespace {
 
-Vector3 normal_vector(std::mt19937_64& engine) {
-    std::normal_distribution<double> normal(0, 1);
-    const double x = normal(engine), y = normal(engine), z = normal(engine);
-    return {x, y, z};
-}
-
 double rms_of(std::span<const Vector3> vectors) {
     double squares = 0;
     for (const Vector3& v : vectors) squares += v.squaredNorm();
     return std::sqrt(squares / static_cast<double>(vectors.size()));
 }
 
-/// The phantom's scene, gripped about a place by springs whose other ends move.
+/// The organ's scene, gripped about a place by springs whose other ends move.
 Scene gripped_scene(const Vector3& place, const Vector3& motion, const ModelChoice& strain,
                     int steps) {
     constexpr double radius_mm = 25, stiffness_N_per_m = 500;  // about thrice the organ's
@@ -91,24 +83,18 @@ double PulledOrgan::largest(std::size_t step) const {
     return largest;
 }
 
-PulledOrgan pull_organ(const PhantomImages& images, int tets, std::uint64_t seed, double max_rms_m,
+PulledOrgan pull_organ(const BenchOrgan& from, int tets, std::uint64_t seed, double max_rms_m,
                        const ProgressCallback& progress) {
     constexpr double probe_m = 0.001;
     constexpr int load_steps = 6;
     std::mt19937_64 engine(seed);
     PulledOrgan organ;
-    organ.targets = phantom::targets();
-    // A place of the upper side, and a direction out of the organ there.
-    const Vector3 centre =
-        phantom::sensor_place() - 0.03 * phantom::organ_normal(phantom::sensor_place());
-    organ.place =
-        phantom::organ_exit(centre, Vector3::UnitZ() + 0.6 * normal_vector(engine).normalized());
-    const Vector3 direction =
-        (phantom::organ_normal(organ.place) + 0.8 * normal_vector(engine).normalized())
-            .normalized();
-
-    const MeshHierarchy hierarchy =
-        mesh_for_truth(images.labels, images.fixed_mask, tets, progress);
+    const auto [place, direction] = from.grip(engine);
+    organ.place = place;
+    organ.below = from.below;
+    organ.up = from.up;
+    const MeshHierarchy hierarchy = from.mesh(tets, progress);
+    organ.targets = from.targets(hierarchy.levels.front(), place);
     std::vector<Vector3> rest;
     for (const NamedPoint& t : organ.targets) rest.push_back(t.position);
     const auto places = [&](std::span<const Vector3> u) {

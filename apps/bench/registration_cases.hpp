@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "apps/phantom/phantom_images.hpp"
+#include "apps/bench/registration_organ.hpp"
 #include "apps/simulation/measured_organ.hpp"
 #include "base/progress.hpp"
 #include "mesh/hierarchy.hpp"
@@ -11,12 +11,13 @@
 
 namespace livetet {
 
-/// The phantom, pulled at one place of its surface, farther at each load step: neo-Hookean, of ten
+/// An organ, pulled at one place of its surface, farther at each load step: neo-Hookean, of ten
 /// nodes a tet. What a model of it does not know.
 struct PulledOrgan {
     TetMesh mesh;
     std::vector<std::vector<Vector3>> displacements;  ///< at each load step, m
     Vector3 place;                                    ///< about which it is pulled, m
+    Vector3 below, up;                                ///< of BenchOrgan: its lower side
     std::vector<NamedPoint> targets;                  ///< at rest
     std::vector<std::vector<Vector3>> moved;          ///< the targets at each load step
     /// RMS motion of the targets at a load step, m.
@@ -26,10 +27,10 @@ struct PulledOrgan {
     double largest(std::size_t step) const;
 };
 
-/// Place and direction of the pull are drawn by `seed`: on the upper side, out of the organ. The
+/// Place and direction of the pull are drawn by `seed`. The
 /// targets move by about `max_rms_m` at the last load step. Needs a PetscSession. Throws Error if
 /// the body does not come to rest at any.
-PulledOrgan pull_organ(const PhantomImages& images, int tets, std::uint64_t seed, double max_rms_m,
+PulledOrgan pull_organ(const BenchOrgan& from, int tets, std::uint64_t seed, double max_rms_m,
                        const ProgressCallback& progress);
 
 /// How an organ's surface is measured.

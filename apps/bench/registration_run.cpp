@@ -7,7 +7,6 @@
 #include <ctime>
 #include <random>
 
-#include "apps/phantom/phantom_shape.hpp"
 #include "apps/simulation/deforming_registration.hpp"
 #include "base/error.hpp"
 #include "geometry/surface_fit.hpp"
@@ -18,14 +17,14 @@ namespace livetet {
 
 namespace {
 
-FixOptions model_support(KnownSupport support) {
+FixOptions model_support(KnownSupport support, const PulledOrgan& organ) {
     FixOptions fix;
     if (support == KnownSupport::fixed) {
         fix.group = "fixed";
         return fix;
     }
-    const Vector3 below = 1e3 * phantom::organ_centre() - Vector3(0, 0, 10);
-    fix.half_space_mm = {below.x(), below.y(), below.z(), 0, 0, 1};
+    const Vector3 below = 1e3 * organ.below;
+    fix.half_space_mm = {below.x(), below.y(), below.z(), organ.up.x(), organ.up.y(), organ.up.z()};
     fix.where = NodeScope::surface_only;
     fix.stiffness_N_per_m = 1000;
     return fix;
@@ -37,7 +36,7 @@ Scene model_scene(const RegistrationCell& cell, const PulledOrgan& organ,
     scene.materials = {Material{.poisson = 0.40}};
     scene.strain = cell.law;
     scene.solver.kind = SolverKind::direct;  // each tangent serves for all patterns of forces
-    scene.fix = {model_support(cell.support)};
+    scene.fix = {model_support(cell.support, organ)};
     DeformOptions deform;
     if (cell.forces != KnownForces::nowhere) {
         const bool is_wide = cell.forces == KnownForces::wide_zone;
