@@ -242,6 +242,18 @@ void DeformingRegistration::refuse_other_surface(const MeasuredOrgan& measured,
         deform_.point_error_mm);
 }
 
+void DeformingRegistration::refuse_other_equilibrium(DeformedOrgan& found) {
+    constexpr double most = 5;  // tolerances; as a rule it is a hundredth of that
+    const std::vector<Vector3> u = body_.body->displacement();
+    double moved_m = 0;
+    for (std::size_t n = 0; n < u.size(); ++n)
+        moved_m = std::max(moved_m, (u[n] - registration_->displacement()[n]).norm());
+    if (moved_m < most * deform_.tolerance_mm / 1e3) return;
+    body_.body->return_to_kept_state();
+    found.report.converged = found.is_stated = false;
+    found.report.reason = "the forces found hold the organ in no equilibrium near what was fitted";
+}
+
 void DeformingRegistration::state_errors(DeformedOrgan& found) {
     const SurfacePosterior posterior = registration_->posterior();
     state_posterior(sought_, posterior, found);
@@ -287,7 +299,9 @@ DeformedOrgan DeformingRegistration::finish(const MeasuredOrgan& measured,
     SolveControls controls = solve_controls(scene_);
     // A factorisation of the last tangent, of here or one step away, brings the body to rest.
     if (body_.body->linear_solver().kind() == SolverKind::direct) controls.old_tangents = 4;
+    body_.body->keep_state();
     found.equilibrium = body_.body->solve(0, controls);
+    refuse_other_equilibrium(found);
     const std::vector<Vector3> u = body_.body->displacement();
     for (TargetSpread& t : found.targets) t.position = t.place.of(mesh().nodes) + t.place.of(u);
     return found;

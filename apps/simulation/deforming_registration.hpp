@@ -101,6 +101,10 @@ class DeformingRegistration {
     void refuse_other_surface(const MeasuredOrgan& measured, const DeformedOrgan& found,
                               int max_iterations) const;
 
+    /// A fit's states are in balance to a fraction of a per cent only. Where an exact solve leaves
+    /// them for a far one (forces on a few nodes pull out a spike), the fit has not converged.
+    void refuse_other_equilibrium(DeformedOrgan& found);
+
     const Scene& scene_;
     SceneBody& body_;
     const DeformOptions deform_;
