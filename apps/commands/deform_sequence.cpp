@@ -40,8 +40,8 @@ std::vector<LaterFit> fit_later(const std::vector<MeasuredOrgan>& lists, double 
         fit.time_s = start_s + static_cast<double>(fits.size());
         fit.points = measured.points.size();
         fit.found = registering.finish(measured, progress, allowed);
-        // Every frame of a result has the targets.
-        if (!fit.found.is_stated) registering.place_targets(fit.found);
+        // Every frame of a result has the targets; those of a fit that converged are there.
+        if (fit.found.targets.empty()) registering.place_targets(fit.found);
         fit.goes_on = !fit.found.report.converged && !is_last &&
                       fit.found.report.iterations == options.later_iterations;
         fit.seconds = seconds_since(start);
@@ -53,7 +53,8 @@ std::vector<LaterFit> fit_later(const std::vector<MeasuredOrgan>& lists, double 
 nlohmann::json describe_later(const LaterFit& fit) {
     const SurfaceRegistrationReport& r = fit.found.report;
     const Vector3& f = r.total_force_N;
-    return {{"points", fit.points},
+    return {{"source", fit.source},
+            {"points", fit.points},
             {"time_s", fit.time_s},
             {"converged", r.converged},
             {"reason", r.reason},

@@ -369,8 +369,8 @@ int register_deforming(RegisterArguments a) {
     const MeasuredOrgan& measured = points.measured;
     DeformedOrgan found = registering.finish(measured, progress->callback());
     if (a.follow.live) found.first_step_s = points.first_step_s.value_or(found.first_step_s);
-    if (!found.is_stated && (a.follow.live || !later.empty()))
-        registering.state_errors(found);  // every frame of a result has them
+    if (!found.is_stated && found.targets.empty() && (a.follow.live || !later.empty()))
+        registering.state_errors(found);  // every frame of a result has the targets
     RunHistory history;
     add_fit(found, points.end_s, history);
     if (writer) append_found(*writer, scene, body, found, points.end_s);
