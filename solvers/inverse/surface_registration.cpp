@@ -35,6 +35,7 @@ namespace {
 
 constexpr Eigen::Index pose_size = 6;
 constexpr int max_whole_iterations = 8;
+constexpr double max_shared_m = 0.001;  // of a point's error: the model's; the rest is noise
 
 void check_positive(double value, const char* name) {
     if (!(value > 0 && std::isfinite(value)))
@@ -413,7 +414,8 @@ SurfaceRegistrationReport SurfaceRegistration::fit(std::span<const Vector3> poin
         for (const Vector3& c : points_) centre_ += c / static_cast<double>(points_.size());
         has_centre_ = true;
     }
-    sharing_ = sharing_points(points_, options_.shared_error_m);
+    const double shared = std::min(1.0, max_shared_m / options_.point_error_m);
+    sharing_ = 1 + shared * shared * (sharing_points(points_, options_.shared_error_m) - 1);
     SurfaceRegistrationReport report;
     bool renew = false;
     double last_size = 0;  // of the step before, if it was a full one of the same function

@@ -86,7 +86,10 @@ struct SurfacePosterior {
 /// forces store in the body at rest (K_0: tangent there). nu is the mean number of points that
 /// share an error,
 ///
-///     nu = 1/N sum_ij exp(-|c_i - c_j|^2 / (2 l^2)),   l = shared_error_m.
+///     nu = 1 + (s_m / sigma)^2 (1/N sum_ij exp(-|c_i - c_j|^2 / (2 l^2)) - 1),
+///     l = shared_error_m,   s_m = min(sigma, 1 mm).
+///
+/// s_m is the model's part of a point's error; the rest is noise, which is each point's own.
 ///
 /// E0 is stated, or the one of the largest evidence at the present linearisation, renewed in the
 /// first 25 iterations by a factor of 4 at most. It starts where the prior alone lets the seen
