@@ -19,6 +19,7 @@
 #include <span>
 
 #include "base/error.hpp"
+#include "geometry/triangle_area.hpp"
 #include "meshing/shells.hpp"
 #include "meshing/surface_check.hpp"
 
@@ -270,7 +271,7 @@ void keep_volumes(Mesh& mesh, std::span<const double> volumes, double edge_lengt
         const Vector3 origin = now.nodes.front();
         for (std::size_t t = 0; t < part.size(); ++t) {
             const auto& [a, b, c] = now.triangles[t];
-            const Vector3 n = (now.nodes[b] - now.nodes[a]).cross(now.nodes[c] - now.nodes[a]) / 2;
+            const Vector3 n = area_vector(now.nodes, now.triangles[t]);
             area[part[t]] += n.norm();
             moment[part[t]] +=
                 (now.nodes[a] - origin).dot((now.nodes[b] - origin).cross(now.nodes[c] - origin));

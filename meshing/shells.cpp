@@ -10,6 +10,7 @@
 #include <numeric>
 #include <optional>
 
+#include "geometry/triangle_area.hpp"
 #include "meshing/surface_check.hpp"
 
 namespace livetet {
@@ -195,11 +196,10 @@ void shift_to_volume(TriangleMesh& shell, double volume_m3) {
     for (int step = 0; step < newton_steps; ++step) {
         std::vector<Vector3> normals(shell.nodes.size(), Vector3::Zero());
         double area = 0;
-        for (const auto& [a, b, c] : shell.triangles) {
-            const Vector3 n =
-                (shell.nodes[b] - shell.nodes[a]).cross(shell.nodes[c] - shell.nodes[a]) / 2;
+        for (const Triangle& t : shell.triangles) {
+            const Vector3 n = area_vector(shell.nodes, t);
             area += n.norm();
-            for (const std::int32_t i : {a, b, c}) normals[i] += n;
+            for (const std::int32_t i : t) normals[i] += n;
         }
         const double shift = (volume_m3 - signed_volume(shell)) / area;
         for (std::size_t i = 0; i < normals.size(); ++i)

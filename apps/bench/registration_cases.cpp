@@ -9,6 +9,7 @@
 
 #include "apps/simulation/scene_run.hpp"
 #include "base/error.hpp"
+#include "geometry/triangle_area.hpp"
 #include "mesh/quadratic.hpp"
 
 namespace livetet {
@@ -119,9 +120,7 @@ std::vector<Vector3> sweep_surface(const PulledOrgan& organ, std::size_t step,
     const std::vector<Triangle> triangles = boundary_triangles(organ.mesh.tets);
     const auto& rest = organ.mesh.nodes;
     const auto& u = organ.displacements[step];
-    const auto area = [&](const Triangle& t) {
-        return (rest[t[1]] - rest[t[0]]).cross(rest[t[2]] - rest[t[0]]).norm() / 2;
-    };
+    const auto area = [&](const Triangle& t) { return area_vector(rest, t).norm(); };
     const auto distance = [&](const Triangle& t) {
         return ((rest[t[0]] + rest[t[1]] + rest[t[2]]) / 3 - organ.place).norm();
     };

@@ -4,13 +4,12 @@
 
 #include <Eigen/Geometry>
 
-#include <algorithm>
-#include <limits>
-
 #include "apps/phantom/phantom_shape.hpp"
 #include "apps/phantom/phantom_truth.hpp"
 #include "base/error.hpp"
 #include "geometry/nearest_triangle.hpp"
+#include "geometry/spread_points.hpp"
+#include "geometry/triangle_area.hpp"
 #include "io/surface_file.hpp"
 #include "mesh/quadratic.hpp"
 #include "meshing/levels.hpp"
@@ -18,12 +17,6 @@
 namespace livetet {
 
 namespace {
-
-/// Of a triangle, its length twice the area.
-Vector3 area_normal(const TriangleMesh& surface, const Triangle& t) {
-    const auto& x = surface.nodes;
-    return (x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]);
-}
 
 Vector3 middle_of(const TriangleMesh& surface, const Triangle& t) {
     return (surface.nodes[t[0]] + surface.nodes[t[1]] + surface.nodes[t[2]]) / 3;
@@ -42,7 +35,7 @@ Grip place_towards(const TriangleMesh& surface, const Vector3& centre, const Vec
     grip.direction = Vector3::Zero();
     for (const Triangle& t : surface.triangles)
         if ((middle_of(surface, t) - grip.place).norm() < about_m)
-            grip.direction += area_normal(surface, t);
+            grip.direction += area_vector(surface.nodes, t);
     grip.direction.normalize();
     return grip;
 }
@@ -62,15 +55,9 @@ std::vector<NamedPoint> targets_inside(const TetMesh& mesh, const Vector3& place
     if (inside.size() < count)
         fail("bench registration: found {} places inside near the grip, expected {} or more",
              inside.size(), count);
-    std::vector<double> apart(inside.size(), std::numeric_limits<double>::infinity());
     std::vector<NamedPoint> targets;
-    std::size_t next = 0;
-    while (targets.size() < count) {
-        targets.push_back({fmt::format("T{:02}", targets.size() + 1), inside[next]});
-        for (std::size_t i = 0; i < inside.size(); ++i)
-            apart[i] = std::min(apart[i], (inside[i] - inside[next]).norm());
-        next = static_cast<std::size_t>(std::ranges::max_element(apart) - apart.begin());
-    }
+    for (const std::size_t i : spread_points(inside, count).chosen)
+        targets.push_back({fmt::format("T{:02}", targets.size() + 1), inside[i]});
     return targets;
 }
 

@@ -13,6 +13,7 @@
 #include "base/log.hpp"
 #include "base/stopwatch.hpp"
 #include "geometry/transform.hpp"
+#include "geometry/triangle_area.hpp"
 #include "image/mask_selection.hpp"
 #include "io/dicom_name.hpp"
 #include "io/gmsh_file.hpp"
@@ -334,9 +335,7 @@ std::vector<Vector3> scene_forces(const Scene& scene, const TetMesh& mesh) {
             fail("{} selects no whole triangle of the surface for its traction or pressure", key);
         const EdgeNodes edges(mesh, triangles);
         for (const Triangle& t : triangles) {
-            const Vector3 area =
-                0.5 *
-                (mesh.nodes[t[1]] - mesh.nodes[t[0]]).cross(mesh.nodes[t[2]] - mesh.nodes[t[0]]);
+            const Vector3 area = area_vector(mesh.nodes, t);
             if (!mesh.hexahedra.empty()) {
                 add_to_half_face(mesh, t, -load.pressure_Pa * area, force);
                 continue;

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "base/stopwatch.hpp"
+#include "geometry/triangle_area.hpp"
 #include "mechanics/tet_kernels.hpp"
 
 namespace livetet::verification {
@@ -92,8 +93,7 @@ void Problem::traction(const std::string& set,
     // edge nodes, and the corner's shape functions vanish there.
     const EdgeNodes edges(mesh());
     for (const Triangle& t : mesh().triangle_sets.at(set)) {
-        const Vector3 area = 0.5 * (mesh().nodes[t[1]] - mesh().nodes[t[0]])
-                                       .cross(mesh().nodes[t[2]] - mesh().nodes[t[0]]);
+        const Vector3 area = area_vector(mesh().nodes, t);
         for (int k = 0; k < 3; ++k) {
             const std::int32_t a = t[k], b = t[(k + 1) % 3];
             const Vector3 share =

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "apps/plots/off_screen_window.hpp"
+#include "geometry/triangle_area.hpp"
 
 namespace livetet {
 
@@ -19,10 +20,8 @@ constexpr int bar_font = 13;
 /// sides of a cut have nodes at one place, which then lie in tets of their own side.
 std::vector<Vector3> a_little_inside(const TriangleMesh& surface) {
     std::vector<Vector3> normals(surface.nodes.size(), Vector3::Zero());
-    for (const Triangle& t : surface.triangles) {
-        const Vector3 &a = surface.nodes[t[0]], &b = surface.nodes[t[1]], &c = surface.nodes[t[2]];
-        for (const std::int32_t n : t) normals[n] += (b - a).cross(c - a);
-    }
+    for (const Triangle& t : surface.triangles)
+        for (const std::int32_t n : t) normals[n] += 2 * area_vector(surface.nodes, t);
     std::vector<Vector3> inside = surface.nodes;
     for (std::size_t n = 0; n < inside.size(); ++n)
         inside[n] -= 1e-3 * std::sqrt(normals[n].norm()) * normals[n].normalized();

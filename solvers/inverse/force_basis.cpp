@@ -1,10 +1,10 @@
 #include "solvers/inverse/force_basis.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <numeric>
 
 #include "base/error.hpp"
+#include "geometry/spread_points.hpp"
 
 namespace livetet {
 
@@ -22,7 +22,7 @@ void ForceBasis::add_pattern(std::span<const std::int32_t> nodes, std::span<cons
 }
 
 void ForceBasis::add(const ForceBasis& other) {
-    const int zones = columns_.empty() ? 0 : columns_.back().zone + 1;
+    const int zones = zone_count();
     for (Column column : other.columns_) {
         column.zone += zones;
         columns_.push_back(std::move(column));
@@ -69,7 +69,7 @@ Vector3 ForceBasis::total(const Eigen::VectorXd& p) const {
 }
 
 Eigen::MatrixXd ForceBasis::of_whole_zones() const {
-    const int zones = columns_.empty() ? 0 : columns_.back().zone + 1;
+    const int zones = zone_count();
     Eigen::MatrixXd z = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(size()), 3 * zones);
     for (std::size_t j = 0; j < columns_.size(); ++j)
         z(static_cast<Eigen::Index>(j), 3 * columns_[j].zone + columns_[j].axis) = 1;
@@ -87,24 +87,17 @@ ForceBasis smooth_forces(std::span<const Vector3> rest, std::span<const std::int
     if (centres == 0 || nodes.size() < centres)
         fail("smooth forces: found {} nodes and {} centres, expected 1 to {} centres", nodes.size(),
              centres, nodes.size());
-    std::vector<double> nearest(nodes.size(), std::numeric_limits<double>::infinity());
-    std::vector<std::int32_t> chosen;
-    std::size_t next = 0;
-    for (std::size_t k = 0; k < centres; ++k) {
-        chosen.push_back(nodes[next]);
-        for (std::size_t i = 0; i < nodes.size(); ++i)
-            nearest[i] = std::min(nearest[i], (rest[nodes[i]] - rest[chosen.back()]).norm());
-        next = static_cast<std::size_t>(std::max_element(nearest.begin(), nearest.end()) -
-                                        nearest.begin());
-    }
+    std::vector<Vector3> places;
+    for (const std::int32_t n : nodes) places.push_back(rest[n]);
+    const SpreadPoints spread = spread_points(places, centres);
     // A centre at every node: each has itself alone.
-    const double radius = std::max(1.5 * nearest[next], 1e-9);
+    const double radius = std::max(1.5 * spread.radius, 1e-9);
     ForceBasis basis;
-    for (const std::int32_t centre : chosen) {
+    for (const std::size_t centre : spread.chosen) {
         std::vector<std::int32_t> near;
         std::vector<double> shares;
         for (const std::int32_t n : nodes) {
-            const double r = (rest[n] - rest[centre]).norm() / radius;
+            const double r = (rest[n] - places[centre]).norm() / radius;
             if (r >= 1) continue;
             near.push_back(n);
             shares.push_back((1 - r) * (1 - r) * (1 - r) * (1 + 3 * r));

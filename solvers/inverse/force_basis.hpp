@@ -43,6 +43,8 @@ class ForceBasis {
     Eigen::MatrixXd of_whole_zones() const;
 
   private:
+    int zone_count() const { return columns_.empty() ? 0 : columns_.back().zone + 1; }
+
     std::vector<Column> columns_;
 };
 

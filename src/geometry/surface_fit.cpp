@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "geometry/nearest_triangle.hpp"
+#include "geometry/triangle_area.hpp"
 
 namespace livetet {
 
@@ -109,10 +110,8 @@ class Fit {
         for (const Vector3d& p : points_) {
             const Vector3d moved = motion * p;
             const auto hit = tree_.find(moved);
-            const auto& [a, b, c] = surface_.triangles[hit.triangle];
-            const Vector3d flat = (surface_.nodes[b] - surface_.nodes[a])
-                                      .cross(surface_.nodes[c] - surface_.nodes[a])
-                                      .normalized();
+            const Vector3d flat =
+                area_vector(surface_.nodes, surface_.triangles[hit.triangle]).normalized();
             const bool off = hit.distance > 1e-9;
             all.push_back({hit.place, off ? Vector3d((moved - hit.place) / hit.distance) : flat,
                            hit.distance});

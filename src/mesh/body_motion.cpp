@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/error.hpp"
+#include "geometry/triangle_area.hpp"
 
 namespace livetet {
 
@@ -65,10 +66,8 @@ void add_prism(std::vector<Tet>& tets, Triangle inner, const std::vector<std::in
 void add_outer_nodes(std::vector<Vector3>& nodes, std::span<const Triangle> surface,
                      std::span<const std::int32_t> inner, double thickness) {
     std::vector<Vector3> normals(nodes.size(), Vector3::Zero());
-    for (const auto& [a, b, c] : surface) {
-        const Vector3 normal = (nodes[b] - nodes[a]).cross(nodes[c] - nodes[a]);
-        for (const std::int32_t n : {a, b, c}) normals[n] += normal;
-    }
+    for (const Triangle& t : surface)
+        for (const std::int32_t n : t) normals[n] += area_vector(nodes, t);
     for (const std::int32_t n : inner)
         nodes.push_back(nodes[n] + thickness * normals[n].normalized());
 }

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "geometry/nearest_triangle.hpp"
+#include "geometry/triangle_area.hpp"
 #include "mesh/grid_surface.hpp"
 #include "mesh/quadratic.hpp"
 
@@ -50,11 +51,6 @@ SurfaceNeighbourhood::SurfaceNeighbourhood(const TetMesh& mesh, const Vector3& p
 }
 
 namespace {
-
-double area_of(std::span<const Vector3> nodes, const Triangle& t) {
-    const Vector3 &a = nodes[t[0]], &b = nodes[t[1]], &c = nodes[t[2]];
-    return (b - a).cross(c - a).norm() / 2;
-}
 
 /// Share of a triangle within `radius` of a point, by the distances d_i of its corners: for a flat
 /// surface, with barycentric coordinates L,
@@ -113,7 +109,9 @@ SurfacePatch SurfaceNeighbourhood::patch(double radius) const {
         std::array<double, 3> d{};
         const bool is_near = std::ranges::all_of(t, [&](auto n) { return near.contains(n); });
         for (int k = 0; is_near && k < 3; ++k) d[k] = near.at(t[k]);
-        if (is_near) patch.disc_area += share_within(places(), t, d, radius) * area_of(places(), t);
+        if (is_near)
+            patch.disc_area +=
+                share_within(places(), t, d, radius) * area_vector(places(), t).norm();
     }
     choose_nodes(patch, near);
     find_shape(patch);
@@ -140,7 +138,7 @@ void SurfaceNeighbourhood::choose_nodes(SurfacePatch& patch,
         for (; k < order.size() && order[k].first <= (1 + same) * distance; ++k)
             for (const Triangle* t : around[order[k].second]) {
                 int& in = corners[t];
-                held += (held_share(in + 1) - held_share(in)) * area_of(places(), *t);
+                held += (held_share(in + 1) - held_share(in)) * area_vector(places(), *t).norm();
                 ++in;
             }
         if (const double off = std::abs(held - patch.disc_area); off < nearest) {
@@ -164,17 +162,14 @@ void SurfaceNeighbourhood::find_shape(SurfacePatch& patch) const {
             if (std::ranges::binary_search(patch.nodes, n)) ++corners, middle += nodes[n];
         const double share = held_share(corners);
         if (share == 0) continue;
-        const Vector3 &a = nodes[t[0]], &b = nodes[t[1]], &c = nodes[t[2]];
-        const Vector3 held = share / 2 * (b - a).cross(c - a);
+        const Vector3 held = share * area_vector(nodes, t);
         patch.area += held.norm();
         moment += held.norm() * (middle / corners - at_.place);
         normal += held;
     }
     moment /= patch.area;
-    if (!(normal.norm() > 1e-3 * patch.area)) {  // round a body, or both sides of a plate
-        const Triangle& t = surface_[at_.triangle];
-        normal = (nodes[t[1]] - nodes[t[0]]).cross(nodes[t[2]] - nodes[t[0]]);
-    }
+    if (!(normal.norm() > 1e-3 * patch.area))  // round a body, or both sides of a plate
+        normal = area_vector(nodes, surface_[at_.triangle]);
     patch.normal = normal.normalized();
     patch.off_centre = moment - moment.dot(patch.normal) * patch.normal;
 }
