@@ -173,6 +173,7 @@ nlohmann::json json_of(const MeasuredCell& m) {
                         {"within_95", within},
                         {"stated", r.is_stated},
                         {"converged", r.converged},
+                        {"reason", r.reason},
                         {"refusal", r.refusal},
                         {"iterations", r.iterations},
                         {"energy_mJ", r.energy_mJ},

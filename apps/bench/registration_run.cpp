@@ -120,6 +120,7 @@ RegistrationRun run_registration(const RegistrationCell& cell, const PulledOrgan
                 });
         run.fit_s = seconds();
         run.converged = found.report.converged;
+        run.reason = found.report.reason;
         run.is_stated = found.is_stated;
         run.directions = found.directions;
         run.open_directions = found.open_directions;

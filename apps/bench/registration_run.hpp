@@ -54,6 +54,7 @@ struct RegistrationRun {
     bool converged = false;
     bool is_stated = false;
     std::size_t directions = 0, open_directions = 0;  ///< of the forces; open: left to the prior
+    const char* reason = "";                          ///< why it ended
     int iterations = 0;
     double energy_mJ = 0;           ///< of the prior, as chosen or stated
     double first_s = 0, fit_s = 0;  ///< processor time to the first iteration's end, and of all

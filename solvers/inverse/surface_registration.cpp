@@ -35,7 +35,7 @@ namespace {
 
 constexpr Eigen::Index pose_size = 6;
 constexpr int max_whole_iterations = 8;
-constexpr double max_shared_m = 0.001;  // of a point's error: the model's; the rest is noise
+constexpr double max_shared_m = 0.0005;  // of a point's error: the model's; the rest is noise
 
 void check_positive(double value, const char* name) {
     if (!(value > 0 && std::isfinite(value)))
@@ -397,7 +397,40 @@ double sharing_points(std::span<const Vector3> points, double length) {
     return sum / count;
 }
 
+/// How far a fit still moves, by the sizes of its steps: full steps fall off geometrically, so that
+/// the sum of all that are left is known.
+class MotionLeft {
+  public:
+    /// After a step of this size, m, the next of the same function.
+    double after(double size, bool is_full) {
+        const double rate = is_full && last_ > 0 ? size / last_ : 1;
+        last_ = is_full ? size : 0;
+        return size * (rate < 0.5 ? rate / (1 - rate) : 1);
+    }
+    /// The function changed, or no step was taken: the next step's size tells nothing of the rate.
+    void forget() { last_ = 0; }
+
+  private:
+    double last_ = 0;  ///< size of the step before, m; 0: not known
+};
+
 }  // namespace
+
+SurfaceRegistration::Fitted SurfaceRegistration::begin(std::span<const Vector3> points,
+                                                       std::span<const Landmark> landmarks) {
+    points_.assign(points.begin(), points.end());
+    landmarks_.assign(landmarks.begin(), landmarks.end());
+    if (!has_centre_) {  // the pose's coordinates keep their meaning from frame to frame
+        for (const Vector3& c : points_) centre_ += c / static_cast<double>(points_.size());
+        has_centre_ = true;
+    }
+    const double shared = std::min(1.0, max_shared_m / options_.point_error_m);
+    sharing_ = 1 + shared * shared * (sharing_points(points_, options_.shared_error_m) - 1);
+    Fitted start = at(q_, u_, {});
+    check_distance(start);
+    const double far = distance_quantile(start.matches, 0.95);
+    return far > outlier_scales * start.matches.scale ? at(q_, u_, far) : start;
+}
 
 SurfaceRegistrationReport SurfaceRegistration::fit(std::span<const Vector3> points,
                                                    std::span<const Landmark> landmarks,
@@ -408,25 +441,13 @@ SurfaceRegistrationReport SurfaceRegistration::fit(std::span<const Vector3> poin
     // A factorisation takes all columns at once.
     const bool always_renews =
         forces_count() <= few_columns || body_.linear_solver().kind() == SolverKind::direct;
-    points_.assign(points.begin(), points.end());
-    landmarks_.assign(landmarks.begin(), landmarks.end());
-    if (!has_centre_) {  // the pose's coordinates keep their meaning from frame to frame
-        for (const Vector3& c : points_) centre_ += c / static_cast<double>(points_.size());
-        has_centre_ = true;
-    }
-    const double shared = std::min(1.0, max_shared_m / options_.point_error_m);
-    sharing_ = 1 + shared * shared * (sharing_points(points_, options_.shared_error_m) - 1);
-    SurfaceRegistrationReport report;
-    bool renew = false;
-    double last_size = 0;  // of the step before, if it was a full one of the same function
-    Fitted fitted = at(q_, u_, {});
-    check_distance(fitted);
-    if (const double far = distance_quantile(fitted.matches, 0.95);
-        far > outlier_scales * fitted.matches.scale)
-        fitted = at(q_, u_, far);
-    report.rms_before_m = fitted.matches.rms;
-    report.reason = "the iterations allowed are used up";
     const int allowed = max_iterations.value_or(options_.max_iterations);
+    SurfaceRegistrationReport report;
+    report.reason = "the iterations allowed are used up";
+    Fitted fitted = begin(points, landmarks);
+    report.rms_before_m = fitted.matches.rms;
+    bool renew = false;
+    MotionLeft motion;
     while (report.iterations < allowed) {
         if (!is_fresh_) body_.linearise();
         if (!is_fresh_ && (renew || always_renews)) {
@@ -441,29 +462,24 @@ SurfaceRegistrationReport SurfaceRegistration::fit(std::span<const Vector3> poin
         const bool took = take(fitted, step, report);
         const double scale = fitted.matches.scale;
         if (took || is_fresh_) fitted = annealed(scale);
-        // A cut step is no sign of an optimum. While s falls, J is another function at each
-        // iterate.
-        const bool lowered = fitted.matches.scale < 0.9 * scale;
-        // The steps fall off geometrically, so that their sum, all that is left, is known.
-        const double rate = step.taken == 1 ? step.size / last_size : 1;
-        const double left = step.size * std::min(1.0, rate < 1 ? rate / (1 - rate) : 1.0);
-        last_size = took && step.taken == 1 && !changed && !lowered ? step.size : 0;
-        report.converged = (took || is_fresh_) && !changed && !lowered &&
-                           (took ? left : step.size) < options_.tolerance_m;
+        // While s falls, J is another function at each iterate.
+        const bool lowered = fitted.matches.scale < 0.9 * scale, is_same = !changed && !lowered;
+        // A cut step is no sign of an optimum.
+        const double left = took ? motion.after(step.size, step.taken == 1) : step.size;
+        if (!took || !is_same) motion.forget();
         if (options_.progress)
             options_.progress(
                 static_cast<double>(report.iterations) / allowed,
                 fmt::format("iteration {}: {:.2f} mm RMS, last step {:.2f} mm", report.iterations,
                             1e3 * fitted.matches.rms, 1e3 * step.taken * step.size));
         if (whole_left_ > 0) {
-            const bool is_near =
-                !changed && !lowered && step.size < coarsely * options_.tolerance_m;
+            const bool is_near = is_same && step.size < coarsely * options_.tolerance_m;
             whole_left_ = took && !is_near ? whole_left_ - 1 : 0;
-            report.converged = false;
-            last_size = 0;
+            motion.forget();
             renew = true;
             continue;
         }
+        report.converged = (took || is_fresh_) && is_same && left < options_.tolerance_m;
         if (report.converged) {
             report.reason = "no node moves farther than the tolerance";
             break;

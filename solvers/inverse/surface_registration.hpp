@@ -87,7 +87,7 @@ struct SurfacePosterior {
 /// share an error,
 ///
 ///     nu = 1 + (s_m / sigma)^2 (1/N sum_ij exp(-|c_i - c_j|^2 / (2 l^2)) - 1),
-///     l = shared_error_m,   s_m = min(sigma, 1 mm).
+///     l = shared_error_m,   s_m = min(sigma, 0.5 mm).
 ///
 /// s_m is the model's part of a point's error; the rest is noise, which is each point's own.
 ///
@@ -171,6 +171,8 @@ class SurfaceRegistration {
     /// -H^-1 g, or its like along forces that move whole zones while that lasts.
     Eigen::VectorXd increment(const Eigen::MatrixXd& hessian,
                               const Eigen::VectorXd& gradient) const;
+    /// Takes the points of the next fit. Returns the misfits before it.
+    Fitted begin(std::span<const Vector3> points, std::span<const Landmark> landmarks);
     /// Whether a share of the step lowered J; then it is taken.
     bool take(const Fitted& before, Step& step, SurfaceRegistrationReport& report);
     /// At the present state, with s no less than 0.7 `scale`.

@@ -247,6 +247,42 @@ TEST(RegisterDeform, SaysHowFarItCameWhereItDoesNotConverge) {
     EXPECT_GT((block.found_place(middle) - middle).norm(), 0.0005);
 }
 
+/// A column that was pressed straight far beyond Euler's load, pi^2 E I / (4 L^2): forces that keep
+/// their direction do not hold it there.
+TEST(RegisterDeform, SaysWhereTheForcesFoundHoldNoEquilibrium) {
+    const Folder folder("column");
+    const TetMesh column = test::block({2, 2, 20}, {0.01, 0.01, 0.1});
+    write_hierarchy(folder / "column.h5", make_hierarchy({column}, "a column"));
+    write_text(folder / "scene.yaml",
+               "mesh: {file: column.h5}\nmaterials: [{young_Pa: 3000, poisson: 0.3}]\n"
+               "solver: {kind: direct}\nfix: [{half_space_mm: [0, 0, 1, 0, 0, 1]}]\n"
+               "deform:\n  forces: [{half_space_mm: [0, 0, 99, 0, 0, -1], pattern: uniform}]\n"
+               "  point_error_mm: 0.5\n  shared_error_mm: 0\n  energy_mJ: 100\n  frame: fixed\n");
+    std::vector<Vector3> points;
+    std::vector<NamedPoint> at_rest, measured;  // at the top: there the sides do not tell
+    for (const Vector3& x : column.nodes) {
+        points.emplace_back(x.x(), x.y(), 0.94 * x.z());
+        if (x.z() < 0.0999) continue;
+        at_rest.push_back({fmt::format("T{}", at_rest.size()), x});
+        measured.push_back({at_rest.back().name, points.back()});
+    }
+    write_points(folder / "points.csv", points);
+    write_points_csv(folder / "image.csv", at_rest);
+    write_points_csv(folder / "marks.csv", measured);
+    const auto outcome = livetet(folder,
+                                 "register --deform scene.yaml --surface-points points.csv "
+                                 "--landmarks marks.csv --image image.csv");
+    EXPECT_EQ(outcome.status, 3) << outcome.out;
+    EXPECT_NE(outcome.err.find("no equilibrium near what was fitted"), std::string::npos)
+        << outcome.err << outcome.out;
+    // The result holds what was fitted, straight.
+    const ResultReader result(folder / "result.h5");
+    const Vector3 top(0.005, 0.005, 0.1);
+    const Vector3 u = PointSampler(column, std::vector{top}).sample(0, result.displacement(0));
+    EXPECT_LT(u.z(), -0.002);
+    EXPECT_LT(std::hypot(u.x(), u.y()), 0.001);
+}
+
 TEST(RegisterDeform, RefusesPointsThatCannotBeOfTheOrgan) {
     const DeformedBlock block({0, 0, 0.5});
     const std::vector<Vector3> points = block.points();
