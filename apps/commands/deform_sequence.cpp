@@ -33,18 +33,25 @@ std::vector<LaterFit> fit_later(const std::vector<MeasuredOrgan>& lists, double 
     for (const MeasuredOrgan& measured : lists) {
         const auto start = std::chrono::steady_clock::now();
         const bool is_last = &measured == &lists.back();
-        const int allowed = is_last ? options.max_iterations
-                                    : std::min(options.later_iterations, options.max_iterations);
+        const int allowed = std::min(options.later_iterations, options.max_iterations);
         LaterFit& fit = fits.emplace_back();
         fit.source = measured.source;
         fit.time_s = start_s + static_cast<double>(fits.size());
         fit.points = measured.points.size();
         fit.found = registering.finish(measured, progress, allowed);
+        fit.seconds = seconds_since(start);
+        const bool is_cut_short =
+            !fit.found.report.converged && fit.found.report.iterations == allowed;
+        fit.goes_on = is_cut_short && !is_last;
+        if (is_cut_short && is_last && allowed < options.max_iterations) {
+            const SurfaceRegistrationReport before = fit.found.report;
+            fit.found = registering.finish(measured, progress, options.max_iterations - allowed);
+            fit.found.report.iterations += before.iterations;
+            fit.found.report.rms_before_m = before.rms_before_m;
+            fit.settled_s = seconds_since(start);
+        }
         // Every frame of a result has the targets; those of a fit that converged are there.
         if (fit.found.targets.empty()) registering.place_targets(fit.found);
-        fit.goes_on = !fit.found.report.converged && !is_last &&
-                      fit.found.report.iterations == options.later_iterations;
-        fit.seconds = seconds_since(start);
         if (writer) append_found(*writer, scene, body, fit.found, fit.time_s);
     }
     return fits;
@@ -53,18 +60,20 @@ std::vector<LaterFit> fit_later(const std::vector<MeasuredOrgan>& lists, double 
 nlohmann::json describe_later(const LaterFit& fit) {
     const SurfaceRegistrationReport& r = fit.found.report;
     const Vector3& f = r.total_force_N;
-    return {{"source", fit.source},
-            {"points", fit.points},
-            {"time_s", fit.time_s},
-            {"converged", r.converged},
-            {"reason", r.reason},
-            {"iterations", r.iterations},
-            {"rms_before_mm", 1e3 * r.rms_before_m},
-            {"rms_mm", 1e3 * r.rms_m},
-            {"outliers", r.outliers},
-            {"total_force_N", {f.x(), f.y(), f.z()}},
-            {"fit_s", fit.found.fit_s},
-            {"frame_s", fit.seconds}};
+    nlohmann::json about{{"source", fit.source},
+                         {"points", fit.points},
+                         {"time_s", fit.time_s},
+                         {"converged", r.converged},
+                         {"reason", r.reason},
+                         {"iterations", r.iterations},
+                         {"rms_before_mm", 1e3 * r.rms_before_m},
+                         {"rms_mm", 1e3 * r.rms_m},
+                         {"outliers", r.outliers},
+                         {"total_force_N", {f.x(), f.y(), f.z()}},
+                         {"fit_s", fit.found.fit_s},
+                         {"frame_s", fit.seconds}};
+    if (fit.settled_s > 0) about["settled_s"] = fit.settled_s;
+    return about;
 }
 
 void print_later(const std::vector<LaterFit>& fits) {
@@ -81,9 +90,10 @@ void print_later(const std::vector<LaterFit>& fits) {
                    fit.points, 1e3 * r.rms_m, r.iterations, r.total_force_N.norm(),
                    radius_95 > 0 ? fmt::format("{:.2f}", 1e3 * radius_95) : "-", fit.seconds,
                    fit.source,
-                   r.converged   ? ""
-                   : fit.goes_on ? " (goes on)"
-                                 : " (NOT converged)");
+                   fit.goes_on         ? " (goes on)"
+                   : !r.converged      ? " (NOT converged)"
+                   : fit.settled_s > 0 ? fmt::format(" (settled after {:.2f} s)", fit.settled_s)
+                                       : "");
     }
 }
 

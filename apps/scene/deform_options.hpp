@@ -100,8 +100,8 @@ void visit_fields(Visitor& v, DeformOptions& d) {
     v.field("max_iterations", d.max_iterations, "", "Gauss-Newton iterations at most",
             within<int>({1, 1000}));
     v.field("later_iterations", d.later_iterations, "",
-            "iterations at most for each list of later_points but the last: what is left then is "
-            "done with the next list, and the frame states no error",
+            "iterations at most for each list of later_points: what is left then is done with the "
+            "next list, and the frame states no error; the last list goes on to its end",
             within<int>({1, 1000}));
     v.list("targets", d.targets,
            "where the error of the result is stated: each by point_mm, points, or a selection of "

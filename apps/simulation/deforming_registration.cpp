@@ -238,8 +238,8 @@ void DeformingRegistration::refuse_other_surface(const MeasuredOrgan& measured,
         "{}: the points are not of this surface, deformed as deform.forces allows: {:.1f} mm "
         "(median) from it ({:.1f} mm RMS where it is moved rigidly), expected less than {:.1f} mm "
         "for deform.point_error_mm = {:g}",
-        measured.source, 1e3 * r.median_m, 1e3 * found.rigid_rms_m, most * deform_.point_error_mm,
-        deform_.point_error_mm);
+        measured.source, 1e3 * r.median_m, 1e3 * fit_rigidly(measured, surface_).rms_after,
+        most * deform_.point_error_mm, deform_.point_error_mm);
 }
 
 void DeformingRegistration::refuse_other_equilibrium(DeformedOrgan& found) {
@@ -286,10 +286,15 @@ DeformedOrgan DeformingRegistration::finish(const MeasuredOrgan& measured,
                                             std::optional<int> max_iterations) {
     const int most = max_iterations.value_or(deform_.max_iterations);
     check(measured);
-    const SurfaceFit rigid = fit_rigidly(measured, surface_);
-    if (deform_.frame == PointFrame::surface && !start_) start_ = rigid.image_from_start;
+    double rigid_rms_m = 0;
+    if (!has_finished_) {
+        const SurfaceFit rigid = fit_rigidly(measured, surface_);
+        if (deform_.frame == PointFrame::surface && !start_) start_ = rigid.image_from_start;
+        rigid_rms_m = rigid.rms_after;
+        has_finished_ = true;
+    }
     DeformedOrgan found = fit(measured, most, progress);
-    found.rigid_rms_m = rigid.rms_after;
+    found.rigid_rms_m = rigid_rms_m;
     refuse_other_surface(measured, found, most);
     if (found.report.converged) {
         if (progress) progress(1, "what the points determine");

@@ -33,9 +33,9 @@ struct DeformedOrgan {
     StepReport equilibrium;  ///< of the last solve, to the scene's tolerance
     /// Maps the measured points into the image.
     RigidTransform<ImageFrame, ImageFrame> image_from_points;
-    double rigid_rms_m =
-        0;             ///< of the points from the surface at rest, best rigid motion; `finish`
-    double fit_s = 0;  ///< time of the fit
+    /// Of the points from the surface at rest, best rigid motion; of the first `finish` alone.
+    double rigid_rms_m = 0;
+    double fit_s = 0;         ///< time of the fit
     double first_step_s = 0;  ///< and of its set-up and first iteration
     bool is_stated = false;   ///< the fit converged: what follows counts
     double total_force_radius_95_N = 0;
@@ -117,6 +117,7 @@ class DeformingRegistration {
     /// frame: surface: maps points to where the first ones fit the organ at rest best.
     std::optional<RigidTransform<ImageFrame, ImageFrame>> start_;
     double set_up_s_ = 0;  ///< of the construction, until the first fit counts it
+    bool has_finished_ = false;
 };
 
 }  // namespace livetet

@@ -98,6 +98,7 @@ TEST(RegisterDeform, FollowsLaterListsOfPoints) {
     const auto hurried = block.run();
     ASSERT_EQ(hurried.status, 0) << hurried.err << hurried.out;
     EXPECT_NE(hurried.out.find("between.csv (goes on)"), std::string::npos) << hurried.out;
+    EXPECT_NE(hurried.out.find("points.csv (settled after"), std::string::npos) << hurried.out;
     const ResultReader frames(block.folder / "result.h5");
     const StatementReader statements(frames, "result.h5");
     EXPECT_FALSE(statements.read(0).missing.has(ErrorSource::solver));
