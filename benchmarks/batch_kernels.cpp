@@ -184,7 +184,7 @@ std::vector<Real> with_one_behind(const std::vector<double>& values) {
 template <class Real>
 struct Batched {
     const Setting& s;
-    TetBatches<Real> batches{s.elements, s.mesh.tets};
+    TetBatches<Real> batches{[this](std::size_t e) { return s.elements[e]; }, s.mesh.tets};
     std::vector<RotationBatch<Real>> rotations = batches.make_rotations();
     std::vector<Real> u = with_one_behind<Real>(s.u), f = std::vector<Real>(u.size());
     std::vector<Real> values = std::vector<Real>(9 * s.pattern.size(0));
@@ -261,7 +261,7 @@ struct WithLaw {
         for (std::size_t e = 0; e < count; ++e) add(e);
         u = with_one_behind<float>(bent);
         f.resize(u.size());
-        batches.emplace(elements, tets);
+        batches.emplace([this](std::size_t e) { return elements[e]; }, tets);
         rotations.resize(batches->all().end *
                          (chosen == Law::hooke_at_points ? batches->points : 1));
         update_rotations(*batches, batches->all(), std::span<const float>(u), std::span(rotations));

@@ -45,7 +45,7 @@ struct Level {
           rotations(level.make_rotations()) {
         std::vector<Vector3> bend;
         for (const Vector3& x : setting().mesh().nodes) bend.push_back({0, 0, 2 * x.x() * x.x()});
-        fill(level.share(), bend, u.get());
+        set_values(level.share(), bend, u.get());
         update_ghosts(u.get());
         level.update_rotations(u.get(), rotations);
         level.assemble({.u = u.get(), .rotations = &rotations}, {});

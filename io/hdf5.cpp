@@ -122,6 +122,10 @@ void together(MPI_Comm comm, const std::function<void()>& work) {
 
 }  // namespace
 
+void File::together(const std::function<void()>& work) const {
+    hdf5::together(ranks_ > 1 ? comm_ : MPI_COMM_SELF, work);
+}
+
 File File::create(const std::filesystem::path& path, const std::string& shown, MPI_Comm comm) {
     begin();
     int rank = 0, ranks = 1;
@@ -132,7 +136,7 @@ File File::create(const std::filesystem::path& path, const std::string& shown, M
     const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     if (ranks > 1) H5Pset_fapl_mpio(access.id(), comm, MPI_INFO_NULL);
     Handle handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), H5Fclose);
-    together(comm, [&] {
+    hdf5::together(comm, [&] {
         if (handle.id() < 0) fail("{}: cannot be written as HDF5 (is the disk full?)", shown);
     });
     File file(std::move(handle), shown);

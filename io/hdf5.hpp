@@ -75,6 +75,8 @@ class File {
                      std::size_t columns);
     /// This rank's share of the rows.
     RowRange share_of(std::size_t rows) const { return row_range(rows, rank_, ranks_); }
+    /// Work of each rank, without messages. If it throws on one, all throw the first one's error.
+    void together(const std::function<void()>& work) const;
     /// Reads a table with `columns` columns, of any numeric type that HDF5 converts.
     template <class T>
     Table<T> read(const std::string& name, std::size_t columns) const;

@@ -126,24 +126,28 @@ void ResultWriter::flush() {
 void ResultWriter::append(double time_s, std::span<const Vector3> displacement) {
     const std::size_t k = times_.size();
     if (!file_) fail("{}: frame {} comes after the file was closed", path_.string(), k);
-    if (displacement.size() != nodes_)
-        fail("{}: frame {} has {} displacements, expected {}", path_.string(), k,
-             displacement.size(), nodes_);
+    const RowRange mine = file_->share_of(nodes_);
     if (!std::isfinite(time_s) || (k > 0 && time_s < times_.back()))
         fail("{}: frame {} is at {} s after {} s, expected time not to go backwards",
              path_.string(), k, time_s, k > 0 ? times_.back() : 0);
-    for (std::size_t n = 0; n < nodes_; ++n)
-        if (!displacement[n].allFinite())
-            fail("{}: frame {}: the displacement of node {} is not finite", path_.string(), k, n);
+    file_->together([&] {
+        if (displacement.size() != mine.size())
+            fail("{}: frame {} has {} displacements, expected {}", path_.string(), k,
+                 displacement.size(), mine.size());
+        for (std::size_t n = 0; n < displacement.size(); ++n)
+            if (!displacement[n].allFinite())
+                fail("{}: frame {}: the displacement of node {} is not finite", path_.string(), k,
+                     mine.first + n);
+    });
     const std::span<const double> numbers(
-        displacement.empty() ? nullptr : displacement.front().data(), 3 * nodes_);
-    if (!file_->reserve(numbers.size() * sizeof(double) + room_beside))
+        displacement.empty() ? nullptr : displacement.front().data(), 3 * displacement.size());
+    if (!file_->reserve(3 * nodes_ * sizeof(double) + room_beside))
         fail("{}: no room on the disk for frame {}", path_.string(), k);
     if (precision_ == Precision::full) {
-        file_->write<double>(frame_table(k), numbers, 3);
+        file_->write_share<double>(frame_table(k), nodes_, numbers, 3);
     } else {
         row_.assign(numbers.begin(), numbers.end());
-        file_->write<float>(frame_table(k), row_, 3);
+        file_->write_share<float>(frame_table(k), nodes_, row_, 3);
     }
     times_.push_back(time_s);
     add_row(growing("times", 1), {&time_s, 1});

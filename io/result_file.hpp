@@ -34,7 +34,8 @@ class ResultWriter {
   public:
     /// Throws Error if the extension is not .h5 or the file cannot be written. The ranks of a
     /// communicator write collectively: each calls the member functions in the same order with the
-    /// same values.
+    /// same values, but for displacements and fields, of which each gives its share of the rows
+    /// alone (see row_range).
     ResultWriter(const std::filesystem::path& path, const TetMesh& mesh,
                  const std::string& scene_text, Precision precision = Precision::full,
                  MPI_Comm comm = MPI_COMM_SELF);
@@ -44,13 +45,12 @@ class ResultWriter {
     /// copy of, with a lower number. Throws Error if they do not belong together, if frames have
     /// fields, or if the disk is full; the mesh before stays.
     void set_mesh(const TetMesh& mesh, std::span<const std::int32_t> originals);
-    /// Appends a frame: one displacement a node. Throws Error if the number of displacements is
-    /// wrong, a value is not finite, time decreases, or the disk is full. `close` can still save
-    /// the frames before it.
+    /// Appends a frame: one displacement for each node of the rank's share. Throws Error if their
+    /// number is wrong, a value is not finite, time decreases, or the disk is full. `close` can
+    /// still save the frames before it.
     void append(double time_s, std::span<const Vector3> displacement);
     /// Appends a field of the current frame, shown by ParaView under its name: `components` (1, 3
-    /// or 9) numbers for each node or tet. Every frame must have the same fields. Each rank gives
-    /// the values of its share of the rows alone (see row_range).
+    /// or 9) numbers for each node or tet. Every frame must have the same fields.
     void append_field(const std::string& name, FieldPlace place, int components,
                       std::span<const double> values);
     /// Appends named values of the current frame, the same number in each frame.

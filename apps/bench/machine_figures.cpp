@@ -31,7 +31,7 @@ void measure_kernel(MachineFigures& machine) {
     for (const Tet& t : mesh.tets)
         elements.push_back(make_element(
             {mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]}, 9000, 1000));
-    const TetBatches<float> batches(elements, mesh.tets);
+    const TetBatches<float> batches([&](std::size_t e) { return elements[e]; }, mesh.tets);
     std::vector<RotationBatch<float>> rotations = batches.make_rotations();
     std::vector<float> u;
     for (const Vector3& x : mesh.nodes)

@@ -54,7 +54,8 @@ std::vector<std::vector<Vector3>> solve_pull(const Scene& scene, MeshHierarchy h
     RunHooks hooks;
     hooks.progress = progress;
     hooks.keep = [&](std::size_t, double) { kept.push_back(body.body->displacement()); };
-    (void)run_scene(scene, body, constraints, hooks);  // the steps that came to rest count
+    (void)run_scene(scene, *body.body, constraints, {},
+                    hooks);  // the steps that came to rest count
     if (kept.empty())
         fail(
             "bench registration: the organ does not come to rest, expected rest under the "

@@ -82,7 +82,8 @@ void print(const ScalingModel& m) {
                                     [](const ScalingPoint& p) { return p.replicated_bytes > 4e9; });
     if (first != m.points.end())
         fmt::print(
-            "What hurts first: every rank holds the whole mesh, {:.0f} bytes an unknown, over 4 GB "
+            "What hurts first: every rank sets up the whole mesh, {:.0f} bytes an unknown, over 4 "
+            "GB "
             "a rank from {:.0e} unknowns on, and METIS runs "
             "on one.\nThen the coarse levels, which few ranks have work for: they are on as few as "
             "that ({} tets each), visited ever more often.\n",

@@ -33,8 +33,9 @@ void print_figures(const SceneBody& body, const RunHistory& history, const RunFi
     const std::size_t levels =
         is_grid ? static_cast<std::size_t>(body.body->linear_solver().level_count())
                 : body.hierarchy.levels.size();
-    fmt::print("mesh             {}, {} nodes, {}\n", elements_text(body.mesh()),
-               body.mesh().nodes.size(), counted(levels, "level"));
+    fmt::print("mesh             {}, {} nodes, {}\n",
+               is_grid ? elements_text(body.mesh()) : fmt::format("{} tets", body.tet_count()),
+               body.node_count(), counted(levels, "level"));
     fmt::print("ranks            {}\n", figures.ranks);
     fmt::print("displacement     {:.4f} mm at most\n", 1e3 * figures.largest_displacement_m);
     fmt::print("solver           {}\n", body.body->linear_solver().name());

@@ -80,6 +80,7 @@ py::object solve(const PyScene& self, const py::object& output, const py::object
         };
         SolvedScene solved =
             solve_scene(scene, {.start = restart ? RunStart::from_checkpoint : RunStart::anew,
+                                .whole = true,
                                 .progress = watch.callback(),
                                 .iterated = [&] {
                                     watch.check_signals();

@@ -1,5 +1,7 @@
 #include "apps/scene/body_factory.hpp"
 
+#include <malloc.h>
+
 #include <Eigen/Dense>
 
 #include <algorithm>
@@ -26,6 +28,7 @@
 #include "meshing/refine.hpp"
 #include "solvers/linear/live_support.hpp"
 #include "solvers/parallel/partition.hpp"
+#include "solvers/parallel/sum_over_ranks.hpp"
 #include "tracking/simulated_tracker.hpp"
 #ifdef LIVETET_IMAGES
 #include "apps/scene/mesh_input.hpp"
@@ -196,13 +199,13 @@ SceneConstraints::SceneConstraints(const Scene& scene, const TetMesh& mesh)
         if (d.centre_mm) centre = *d.centre_mm / 1e3;
         TrackerNoise noise(d.noise_mm / 1e3, 0, static_cast<std::uint64_t>(d.noise_seed));
         const Vector3 error = noise(TrackedPose{}).translation;
-        driven_.push_back({key, nodes, d.displacement_mm / 1e3 + error,
+        driven_.push_back({key, nodes, 0, d.displacement_mm / 1e3 + error,
                            d.rotation_deg * (std::numbers::pi / 180), centre,
                            component_bits(d.components), d.stiffness_N_per_m, d.ramp_s});
     }
     for (std::size_t i = 0; i < scene.fix.size(); ++i) {
         const std::string key = fmt::format("fix[{}]", i);
-        driven_.push_back({key, select_nodes(mesh, scene.fix[i], key), Vector3::Zero(),
+        driven_.push_back({key, select_nodes(mesh, scene.fix[i], key), 0, Vector3::Zero(),
                            Vector3::Zero(), Vector3::Zero(),
                            component_bits(scene.fix[i].components), scene.fix[i].stiffness_N_per_m,
                            0});
@@ -210,18 +213,37 @@ SceneConstraints::SceneConstraints(const Scene& scene, const TetMesh& mesh)
     if (std::vector<std::int32_t> resting = resting_nodes(scene, mesh); !resting.empty())
         driven_.push_back({"free_pieces",
                            std::move(resting),
+                           0,
                            Vector3::Zero(),
                            Vector3::Zero(),
                            Vector3::Zero(),
                            component_bits("xyz"),
                            {},
                            0});
-    for (const Driven& d : driven_) {
+    for (Driven& d : driven_) {
+        d.count = static_cast<double>(d.nodes.size());
         if (!d.stiffness) continue;
         springs_.stiffness.resize(mesh.nodes.size(), 0);
         springs_.target.resize(mesh.nodes.size(), Vector3::Zero());
-        for (const std::int32_t n : d.nodes)
-            springs_.stiffness[n] += *d.stiffness / static_cast<double>(d.nodes.size());
+        for (const std::int32_t n : d.nodes) springs_.stiffness[n] += *d.stiffness / d.count;
+    }
+    move_to_share(0);
+}
+
+void SceneConstraints::restrict_to(const PartitionedMesh& share) {
+    share_ = &share;
+    std::vector<std::int32_t> local_of(share.total, -1);
+    for (std::size_t i = 0; i < share.nodes.size(); ++i)
+        local_of[share.nodes[i]] = static_cast<std::int32_t>(i);
+    for (Driven& d : driven_) {
+        for (std::int32_t& n : d.nodes) n = local_of[n];
+        std::erase(d.nodes, -1);
+    }
+    constraints_.components = local_part<std::uint8_t>(share, constraints_.components);
+    constraints_.values = local_part<Vector3>(share, constraints_.values);
+    if (!springs_.empty()) {
+        springs_.stiffness = local_part<double>(share, springs_.stiffness);
+        springs_.target = local_part<Vector3>(share, springs_.target);
     }
     move_to_share(0);
 }
@@ -233,8 +255,7 @@ void SceneConstraints::move(Driven& d, double share) {
         const Vector3 value = turned * (mesh_.nodes[n] - d.centre) + share * d.displacement;
         d.values.push_back(value);
         if (d.stiffness)  // the springs of overlapping soft sets pull together, to their mean
-            springs_.target[n] +=
-                *d.stiffness / static_cast<double>(d.nodes.size()) / springs_.stiffness[n] * value;
+            springs_.target[n] += *d.stiffness / d.count / springs_.stiffness[n] * value;
         else
             constraints_.prescribe(std::span(&n, 1), value, d.components);
     }
@@ -244,13 +265,14 @@ std::vector<std::pair<std::string, Vector3>> SceneConstraints::forces(
     std::span<const Vector3> reactions, std::span<const Vector3> displacement) const {
     std::vector<std::pair<std::string, Vector3>> forces;
     std::vector<std::uint8_t> counted(reactions.size(), 0);
+    const auto owned = share_ ? share_->owned : static_cast<std::int32_t>(reactions.size());
     for (auto d = driven_.rbegin(); d != driven_.rend(); ++d) {
         Vector3 force = Vector3::Zero();
         for (std::size_t k = 0; k < d->nodes.size(); ++k) {
             const std::int32_t n = d->nodes[k];
+            if (n >= owned) continue;  // its owner counts it
             if (d->stiffness) {
-                force += *d->stiffness / static_cast<double>(d->nodes.size()) *
-                         (d->values[k] - displacement[n]);
+                force += *d->stiffness / d->count * (d->values[k] - displacement[n]);
                 continue;
             }
             for (int c = 0; c < 3; ++c) {
@@ -262,6 +284,7 @@ std::vector<std::pair<std::string, Vector3>> SceneConstraints::forces(
             }
             counted[n] |= d->components;
         }
+        if (share_) sum_over_ranks(share_->comm, {force.data(), 3});
         forces.emplace_back(d->key, force);
     }
     std::reverse(forces.begin(), forces.end());
@@ -386,6 +409,13 @@ void check_no_free_motion(const Scene& scene, const TetMesh& mesh,
 
 namespace {
 
+/// To the system: what was freed of a whole mesh lies in pieces between what the body has.
+void give_back_memory() {
+#ifdef __GLIBC__
+    (void)malloc_trim(0);
+#endif
+}
+
 /// Throws Error if a body of hexahedra is asked for what only tetrahedra do.
 void check_hexahedra_can(MPI_Comm comm, const Scene& scene, const MeshHierarchy& hierarchy) {
     int ranks = 1;
@@ -442,13 +472,34 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
     }
     ElasticModel model = elastic_model(scene);
     if (use != Use::track) model.has_graded_patches = false;  // no frame moves them
-    scene_body.body = std::make_unique<DeformableBody>(
-        DistributedHierarchy{comm, scene_body.hierarchy, parts}, model, scene.time, options);
     MeshHierarchy& used = scene_body.hierarchy;
+    DistributedHierarchy distributed{comm, used, parts};
+    if (ranks > 1)
+        for (BarycentricMap& transfer : used.transfers) transfer.distance = {};  // no one asks
+    distributed.level_is_taken = [&](std::size_t l) { parts[l] = {}; };
+    distributed.coarse_levels_are_taken = [&] {
+        used.transfers = {};
+        for (std::size_t l = 1; l < used.levels.size(); ++l) used.levels[l] = {};
+        give_back_memory();
+    };
+    scene_body.body = std::make_unique<DeformableBody>(distributed, model, scene.time, options);
     if (scene_body.body->linear_solver().kind() != SolverKind::live)
         for (std::size_t l = 1; l < used.levels.size(); ++l)
             used.levels[l] = {};  // the body has its own part of them
+    if (ranks > 1) {
+        used.transfers = {};
+        give_back_memory();
+    }
     return scene_body;
+}
+
+void SceneBody::keep_part(SceneConstraints& constraints, std::vector<Vector3>& forces) {
+    if (share().ranks == 1) return;
+    TetMesh& mesh = hierarchy.levels.front();
+    mesh = local_mesh(share(), mesh);
+    constraints.restrict_to(share());
+    if (!forces.empty()) forces = local_part<Vector3>(share(), forces);
+    give_back_memory();
 }
 
 }  // namespace livetet

@@ -29,7 +29,12 @@ void refuse_hexahedra(const MeshHierarchy& hierarchy, const std::string& what);
 /// The scene's fixed and driven nodes, hard and soft. Fixed nodes take precedence over driven ones.
 class SceneConstraints {
   public:
+    /// `mesh`: whole; must outlive this.
     SceneConstraints(const Scene& scene, const TetMesh& mesh);
+
+    /// From here on the mesh is this rank's part of it (local_mesh), which must have taken its
+    /// place; `share` must outlive this.
+    void restrict_to(const PartitionedMesh& share);
 
     /// Moves each driven set along its ramp to `time_s`.
     void move_to_time(double time_s);
@@ -39,6 +44,7 @@ class SceneConstraints {
     /// Force of each set on the body, N, by its key in the scene: of springs by their extension, of
     /// hard sets by the reactions of the components that they are the last to prescribe. Pieces
     /// that stay at rest because nothing holds them (`resting_nodes`) are the set "free_pieces".
+    /// Collective after `restrict_to`.
     std::vector<std::pair<std::string, Vector3>> forces(
         std::span<const Vector3> reactions, std::span<const Vector3> displacement) const;
 
@@ -49,6 +55,7 @@ class SceneConstraints {
     struct Driven {
         std::string key;
         std::vector<std::int32_t> nodes;
+        double count;                        ///< of them on all ranks
         Vector3 displacement, turn, centre;  ///< m; rotation vector, rad; m
         std::uint8_t components;
         std::optional<double> stiffness;  ///< of all nodes together, N/m; none: hard
@@ -58,7 +65,8 @@ class SceneConstraints {
     void move(Driven& driven, double share);
 
     const TetMesh& mesh_;
-    std::vector<Driven> driven_;  ///< fixed sets last, with zero displacement
+    const PartitionedMesh* share_ = nullptr;  ///< null: the mesh is whole
+    std::vector<Driven> driven_;              ///< fixed sets last, with zero displacement
     Constraints constraints_;
     Springs springs_;
 };
@@ -89,12 +97,21 @@ void check_no_free_motion(const Scene& scene, const TetMesh& mesh,
 
 /// The mesh hierarchy of a scene and the body on it. Collective.
 struct SceneBody {
-    MeshHierarchy hierarchy;  ///< the body refers to its transfers; coarser meshes are empty except
-                              ///< for the live solver
+    /// On one rank the body refers to its transfers; on several there are none. Coarser meshes are
+    /// empty except for the live solver.
+    MeshHierarchy hierarchy;
     std::unique_ptr<DeformableBody> body;
     double partition_s = 0;  ///< time of METIS or PTScotch
 
+    /// The whole finest mesh; on several ranks, after `keep_part`, this rank's part of it.
     const TetMesh& mesh() const { return hierarchy.levels.front(); }
+    const PartitionedMesh& share() const { return body->linear_solver().fine().share(); }
+    std::size_t node_count() const { return share().total; }  ///< of the whole mesh
+    std::size_t tet_count() const { return body->linear_solver().tet_count(); }
+
+    /// Where there are several ranks: frees the whole mesh. `mesh`, the constraints and the forces
+    /// (see scene_forces) are this rank's part from then on, as the body takes them.
+    void keep_part(SceneConstraints& constraints, std::vector<Vector3>& forces);
 };
 
 SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, Use use);

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "mechanics/materials/kinematics.hpp"
+#include "solvers/parallel/sum_over_ranks.hpp"
 
 namespace livetet {
 
@@ -72,10 +73,55 @@ void add_sentences(const ConstitutiveModel& model, const Excess& excess,
             100 * excess.turned / excess.volume, excess.max_rotation_rad * 180 / std::numbers::pi));
 }
 
-double size_of(const TetMesh& mesh) {
+/// Of a displacement: what decides whether it can be meant.
+struct Findings {
+    double largest = 0;  ///< displacement, m
     Eigen::AlignedBox3d box;
-    for (const Vector3& x : mesh.nodes) box.extend(x);
-    return box.diagonal().norm();
+    std::vector<std::pair<const ConstitutiveModel*, Excess>> of_models;  ///< by material
+
+    /// Of all ranks, from those of each.
+    void reduce(MPI_Comm comm) {
+        std::vector<double> sums, most{largest};
+        for (const auto& [model, e] : of_models) {
+            sums.insert(sums.end(), {e.volume, e.strained, e.turned});
+            most.insert(most.end(), {e.max_strain, e.max_rotation_rad});
+        }
+        for (int c = 0; c < 3; ++c) most.insert(most.end(), {box.max()[c], -box.min()[c]});
+        sum_over_ranks(comm, sums);
+        MPI_Allreduce(MPI_IN_PLACE, most.data(), static_cast<int>(most.size()), MPI_DOUBLE, MPI_MAX,
+                      comm);
+        const double *sum = sums.data(), *at = most.data();
+        largest = *at++;
+        for (auto& [model, e] : of_models) {
+            e = {sum[0], sum[1], sum[2], at[0], at[1]};
+            sum += 3, at += 2;
+        }
+        for (int c = 0; c < 3; ++c, at += 2) box.max()[c] = at[0], box.min()[c] = -at[1];
+    }
+};
+
+Findings findings_of(const Scene& scene, const TetMesh& mesh, std::span<const Vector3> displacement,
+                     std::int32_t owned) {
+    Findings found;
+    for (const Vector3& x : mesh.nodes) found.box.extend(x);
+    for (const Vector3& u : displacement) found.largest = std::max(found.largest, u.norm());
+    std::map<const ConstitutiveModel*, std::size_t> place_of;
+    for (const Material& m : scene.materials)
+        if (const auto* model = &model_of(m, scene.strain);
+            place_of.try_emplace(model, found.of_models.size()).second)
+            found.of_models.push_back({model, {}});
+    for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
+        if (mesh.tets[e][0] >= owned) continue;  // its owner counts it
+        const int region = mesh.regions.empty() ? 0 : mesh.regions[e];
+        const ConstitutiveModel& model =
+            model_of(material_of(scene.materials, region), scene.strain);
+        const Matrix3d rest = edges_of(mesh.tets[e], mesh.nodes);
+        const Matrix3d H = edges_of(mesh.tets[e], displacement) * rest.inverse();
+        found.of_models[place_of.at(&model)].second.add({H, model.kinematics()},
+                                                        limits_of(model.kinematics()),
+                                                        std::abs(rest.determinant()) / 6);
+    }
+    return found;
 }
 
 }  // namespace
@@ -93,26 +139,18 @@ ModelLimits limits_of(Kinematics kinematics) {
 }
 
 std::vector<std::string> beyond_model(const Scene& scene, const TetMesh& mesh,
-                                      std::span<const Vector3> displacement) {
+                                      std::span<const Vector3> displacement,
+                                      const PartitionedMesh* share) {
+    const auto owned = share ? share->owned : static_cast<std::int32_t>(mesh.nodes.size());
+    Findings found = findings_of(scene, mesh, displacement, owned);
+    if (share && share->ranks > 1) found.reduce(share->comm);
     std::vector<std::string> sentences;
-    double largest = 0;
-    for (const Vector3& u : displacement) largest = std::max(largest, u.norm());
-    if (const double size = size_of(mesh); largest > size)
+    if (const double size = found.box.diagonal().norm(); found.largest > size)
         sentences.push_back(fmt::format(
             "The largest displacement, {:.4g} mm, is above the body's size, {:.4g} mm: check "
             "loads, moduli, units and what is fixed.",
-            1e3 * largest, 1e3 * size));
-    std::map<const ConstitutiveModel*, Excess> excess;
-    for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
-        const int region = mesh.regions.empty() ? 0 : mesh.regions[e];
-        const ConstitutiveModel& model =
-            model_of(material_of(scene.materials, region), scene.strain);
-        const Matrix3d rest = edges_of(mesh.tets[e], mesh.nodes);
-        const Matrix3d H = edges_of(mesh.tets[e], displacement) * rest.inverse();
-        excess[&model].add({H, model.kinematics()}, limits_of(model.kinematics()),
-                           std::abs(rest.determinant()) / 6);
-    }
-    for (const auto& [model, own] : excess) add_sentences(*model, own, sentences);
+            1e3 * found.largest, 1e3 * size));
+    for (const auto& [model, excess] : found.of_models) add_sentences(*model, excess, sentences);
     return sentences;
 }
 

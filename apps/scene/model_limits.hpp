@@ -26,9 +26,11 @@ ModelLimits limits_of(Kinematics kinematics);
 
 /// Sentences on a displacement (of each node, m) that cannot be meant: larger than the body, or
 /// with strains or rotations beyond the limits of the materials' models. Empty if all is well. Uses
-/// the corners of the tets alone.
+/// the corners of the tets alone. With `share`, which may be null, mesh and displacement are this
+/// rank's part (see local_mesh), and the call is collective.
 std::vector<std::string> beyond_model(const Scene& scene, const TetMesh& mesh,
-                                      std::span<const Vector3> displacement);
+                                      std::span<const Vector3> displacement,
+                                      const PartitionedMesh* share = nullptr);
 
 /// A sentence on elements that lock: nearly incompressible materials computed from displacements
 /// alone. None if they do not.

@@ -70,8 +70,13 @@ void append_frame(ResultWriter& writer, const ResultFrame& frame) {
         writer.append_field(f.name, f.place, f.components, f.values);
 }
 
-CheckpointStore::CheckpointStore(const fs::path& result, std::string about, std::size_t tets)
-    : result_(result), folder_(result.string() + ".parts"), about_(std::move(about)), tets_(tets) {}
+CheckpointStore::CheckpointStore(const fs::path& result, std::string about, std::size_t nodes,
+                                 std::size_t tets)
+    : result_(result),
+      folder_(result.string() + ".parts"),
+      about_(std::move(about)),
+      nodes_(nodes),
+      tets_(tets) {}
 
 fs::path CheckpointStore::frame_file(std::size_t number) const {
     return folder_ / fmt::format("frame_{:06}.h5", number);
@@ -130,9 +135,9 @@ std::pair<RunPlace, BodySnapshot> CheckpointStore::read() const {
 
 void CheckpointStore::keep(std::size_t number, const ResultFrame& frame) const {
     const auto rows_of = [&](const ResultFrame::Field& f) {
-        return f.place == FieldPlace::node ? frame.displacement.size() : tets_;
+        return f.place == FieldPlace::node ? nodes_ : tets_;
     };
-    std::size_t bytes = frame.displacement.size() * sizeof(Vector3);
+    std::size_t bytes = nodes_ * sizeof(Vector3);
     for (const ResultFrame::Field& f : frame.fields)
         bytes += rows_of(f) * static_cast<std::size_t>(f.components) * sizeof(double);
     write_part(frame_file(number), frame_format, bytes, [&](hdf5::File& file) {
@@ -143,7 +148,7 @@ void CheckpointStore::keep(std::size_t number, const ResultFrame& frame) const {
                               {"components", f.components}});
         file.write_text(
             "about", json{{"number", number}, {"time_s", frame.time_s}, {"fields", fields}}.dump());
-        file.write<double>("displacement", flat(frame.displacement), 3);
+        file.write_share<double>("displacement", nodes_, flat(frame.displacement), 3);
         for (const ResultFrame::Field& f : frame.fields)
             file.write_share<double>("fields/" + f.name, rows_of(f), f.values,
                                      static_cast<std::size_t>(f.components));
@@ -162,7 +167,7 @@ ResultFrame CheckpointStore::frame(std::size_t number) const {
     return read_about(file, [&](const json& about) {
         if (about.at("number") != number)
             fail("{}: is frame {}, expected {}", file.shown(), about.at("number").dump(), number);
-        ResultFrame frame{about.at("time_s"), read_vectors(file, "displacement")};
+        ResultFrame frame{about.at("time_s"), vectors_of(read_my_rows(file, "displacement", 3))};
         for (const json& f : about.at("fields")) {
             const auto name = f.at("name").get<std::string>();
             const int components = f.at("components");

@@ -13,7 +13,7 @@ namespace livetet {
 /// A frame of a result.
 struct ResultFrame {
     double time_s = 0;
-    std::vector<Vector3> displacement;
+    std::vector<Vector3> displacement;  ///< of this rank's share of the rows (see row_range)
     struct Field {
         std::string name;
         FieldPlace place;
@@ -30,8 +30,9 @@ void append_frame(ResultWriter& writer, const ResultFrame& frame);
 /// ranks together, and is the same for any number of them.
 class CheckpointStore {
   public:
-    /// `about`: text of everything that the run depends on; `tets`: of the whole mesh.
-    CheckpointStore(const std::filesystem::path& result, std::string about, std::size_t tets);
+    /// `about`: text of everything that the run depends on; `nodes`, `tets`: of the whole mesh.
+    CheckpointStore(const std::filesystem::path& result, std::string about, std::size_t nodes,
+                    std::size_t tets);
 
     /// Starts a new run; by one rank. Throws Error if an earlier one can be continued.
     void begin() const;
@@ -54,7 +55,7 @@ class CheckpointStore {
     std::filesystem::path frame_file(std::size_t number) const;
     std::filesystem::path result_, folder_;
     std::string about_;
-    std::size_t tets_;
+    std::size_t nodes_, tets_;
 };
 
 }  // namespace livetet

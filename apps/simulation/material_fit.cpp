@@ -190,7 +190,8 @@ MaterialFit MaterialSearch::run(const ProgressCallback& progress) {
     MaterialFit fit;
     q_ = start_;
     body_ = std::make_unique<LoadedBody>(with_values(scene_, sought_, q_), hierarchy_);
-    fit.history = run_scene(scene_, *body_->body, *body_->constraints, {});
+    fit.history = run_scene(scene_, *body_->body->body, *body_->constraints,
+                            scene_forces(scene_, body_->body->mesh()), {});
     if (!fit.history.converged)
         fail("register --materials: the scene's own solve did not converge: {}",
              fit.history.failure);

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "io/vector_table.hpp"
 #include "mechanics/stress.hpp"
-#include "solvers/parallel/row_blocks.hpp"
 
 namespace livetet {
 
@@ -15,10 +15,9 @@ std::vector<ResultFrame::Field> result_fields(const Scene& scene, DeformableBody
     std::vector<ResultFrame::Field> fields;
     if (wanted("reactions")) {
         const std::vector<Vector3> reactions = body.reactions();
-        const double* numbers = reactions.front().data();
-        const RowRange mine = row_range(body.linear_solver().fine().share().comm, reactions.size());
-        fields.push_back(
-            {"reactions", FieldPlace::node, 3, {numbers + 3 * mine.first, numbers + 3 * mine.end}});
+        const PartitionedMesh& share = body.linear_solver().fine().share();
+        const auto own = flat(reactions).first(3 * static_cast<std::size_t>(share.owned));
+        fields.push_back({"reactions", FieldPlace::node, 3, node_blocks(share).to_block(own, 3)});
     }
     if (std::all_of(asked.begin(), asked.end(),
                     [](const std::string& name) { return name == "reactions"; }))

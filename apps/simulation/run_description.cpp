@@ -45,8 +45,8 @@ json describe_run(const Scene& scene, const SceneBody& body, const RunHistory& h
                   const RunFigures& figures, double start_s) {
     const RankUsage usage = usage_of_ranks(PETSC_COMM_WORLD);
     const StepReport& sum = figures.sum;
-    json about{{"tets", body.mesh().tets.size()},
-               {"nodes", body.mesh().nodes.size()},
+    json about{{"tets", body.tet_count()},
+               {"nodes", body.node_count()},
                {"levels", body.hierarchy.levels.size()},
                {"ranks", figures.ranks},
                {"version", LIVETET_VERSION},

@@ -14,7 +14,7 @@ struct RunFigures {
     StepReport sum;  ///< counts and times of all steps
     double largest_displacement_m = 0;
     std::size_t inverted_tets = 0;
-    std::vector<std::string> beyond_model;  ///< first rank: sentences on a result that cannot be
+    std::vector<std::string> beyond_model;                ///< sentences on a result that cannot be
     std::vector<std::pair<std::string, Vector3>> forces;  ///< N on the body, by constraint
     std::vector<ProfileRow> profile;                      ///< of --profile
 };

@@ -84,15 +84,13 @@ std::string no_equilibrium_text(const Scene& scene, const RunHistory& history,
         last.report.allowed_imbalance, left);
 }
 
-RunHistory run_static(const Scene& scene, SceneBody& scene_body, SceneConstraints& constraints,
-                      const RunHooks& hooks) {
-    DeformableBody& body = *scene_body.body;
-    const std::vector<Vector3> force = scene_forces(scene, scene_body.mesh());
+RunHistory run_static(const Scene& scene, DeformableBody& body, SceneConstraints& constraints,
+                      std::span<const Vector3> forces, const RunHooks& hooks) {
     const auto load_to = [&](double share) {
         constraints.move_to_share(share);
         body.set_constraints(constraints.constraints());
         body.set_springs(constraints.springs());
-        body.set_external_force(force, share);
+        body.set_external_force(forces, share);
     };
     double kept = 0;  // load of the last frame; the body at rest is no frame
     std::size_t frames = 0;
@@ -178,10 +176,9 @@ void note_time_limit(RunHistory& history, const Scene& scene, double time) {
         *scene.solver.time_limit_s, time, scene.time.duration_s);
 }
 
-RunHistory run_dynamic(const Scene& scene, SceneBody& scene_body, SceneConstraints& constraints,
-                       const RunHooks& hooks) {
-    DeformableBody& body = *scene_body.body;
-    body.set_external_force(scene_forces(scene, scene_body.mesh()));
+RunHistory run_dynamic(const Scene& scene, DeformableBody& body, SceneConstraints& constraints,
+                       std::span<const Vector3> forces, const RunHooks& hooks) {
+    body.set_external_force(forces);
     body.set_springs(constraints.springs());
     const double tolerance = scene.time.adaptive_tolerance_mm / 1e3, end = scene.time.duration_s;
     const StepLengthControl control{tolerance,
@@ -288,10 +285,10 @@ double step_in_parts(
     return 1;
 }
 
-RunHistory run_scene(const Scene& scene, SceneBody& body, SceneConstraints& constraints,
-                     const RunHooks& hooks) {
-    return scene.time.is_dynamic() ? run_dynamic(scene, body, constraints, hooks)
-                                   : run_static(scene, body, constraints, hooks);
+RunHistory run_scene(const Scene& scene, DeformableBody& body, SceneConstraints& constraints,
+                     std::span<const Vector3> forces, const RunHooks& hooks) {
+    return scene.time.is_dynamic() ? run_dynamic(scene, body, constraints, forces, hooks)
+                                   : run_static(scene, body, constraints, forces, hooks);
 }
 
 }  // namespace livetet

@@ -60,8 +60,9 @@ double step_in_parts(
 /// Runs a scene to its end. Static: load steps, divided if they do not converge; if that fails, the
 /// body is left at its last equilibrium. Dynamic: fixed steps, divided likewise (if that fails the
 /// run continues, not converged), or adaptive ones. Either ends at its last state when the time
-/// that solver.time_limit_s allows is up, by the first rank's clock. Collective.
-RunHistory run_scene(const Scene& scene, SceneBody& body, SceneConstraints& constraints,
-                     const RunHooks& hooks);
+/// that solver.time_limit_s allows is up, by the first rank's clock. `forces`: of the scene (see
+/// scene_forces), at the body's nodes. Collective.
+RunHistory run_scene(const Scene& scene, DeformableBody& body, SceneConstraints& constraints,
+                     std::span<const Vector3> forces, const RunHooks& hooks);
 
 }  // namespace livetet

@@ -17,9 +17,11 @@ namespace livetet {
 
 namespace {
 
+/// Of the vectors of all ranks. Collective.
 double largest_norm(const std::vector<Vector3>& values) {
     double largest = 0;
     for (const Vector3& v : values) largest = std::max(largest, v.norm());
+    MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, PETSC_COMM_WORLD);
     return largest;
 }
 
@@ -60,20 +62,24 @@ SolvedScene solve_scene(const Scene& scene, const SolveRequest& request) {
     check_no_free_motion(scene, body.mesh(), constraints);
     figures.setup_s = seconds_since(start) - figures.mesh_s;
     std::optional<Probes> probes;
-    if (scene.probes) probes.emplace(*scene.probes, body.mesh());
-    if (first) warn_of_small_parts(body.mesh().tets.size(), figures.ranks);
+    if (scene.probes) probes.emplace(*scene.probes, body.mesh(), body.share());
+    if (first) warn_of_small_parts(body.tet_count(), figures.ranks);
 
     // 2. steps
     StateKeeper states(scene, body, request.start);
+    std::vector<Vector3> forces = scene_forces(scene, body.mesh());
+    TetMesh whole;
+    if (request.whole && figures.ranks > 1) whole = body.mesh();
+    body.keep_part(constraints, forces);
     RunHooks hooks = states.hooks(request.progress);
     hooks.iterated = request.iterated;
-    solved.history = run_scene(scene, body, constraints, hooks);
+    solved.history = run_scene(scene, *body.body, constraints, forces, hooks);
     solved.displacement = states.take_displacement();
     solved.frames = states.frames();
     figures.forces = constraints.forces(body.body->reactions(), solved.displacement);
     figures.inverted_tets = body.body->inverted_tets();
     figures.largest_displacement_m = largest_norm(solved.displacement);
-    if (first) figures.beyond_model = beyond_model(scene, body.mesh(), solved.displacement);
+    figures.beyond_model = beyond_model(scene, body.mesh(), solved.displacement, &body.share());
     figures.sum = sum_of(solved.history);
     if (request.profile)
         figures.profile = solve_profile(PETSC_COMM_WORLD, scene, body, figures.mesh_s,
@@ -84,11 +90,17 @@ SolvedScene solve_scene(const Scene& scene, const SolveRequest& request) {
     states.close(about.dump());
     about["output_s"] = states.output_s();
     solved.description = about.dump(2);
+    const bool has_probes = probes && solved.frames > 0;
+    std::vector<Vector3> at_probes;
+    if (has_probes) at_probes = probes->sample(solved.displacement);
+    if (!whole.nodes.empty()) {
+        solved.displacement = whole_values(body.share(), solved.displacement);
+        body.hierarchy.levels.front() = std::move(whole);
+    }
     if (!first) return solved;
     states.remove_checkpoints();
-    if (probes && solved.frames > 0)
-        write_displacements_csv(scene.probes->displacements, probes->points,
-                                probes->sampler.sample(solved.displacement));
+    if (has_probes)
+        write_displacements_csv(scene.probes->displacements, probes->points(), at_probes);
     return solved;
 }
 

@@ -13,6 +13,7 @@ namespace livetet {
 struct SolveRequest {
     RunStart start = RunStart::anew;
     bool profile = false;  ///< measure memory and time of each part
+    bool whole = false;    ///< mesh and displacement of the solved scene are whole on every rank
     ProgressCallback progress{};
     /// Called after each iteration of each linear solve.
     std::function<void()> iterated{};
@@ -23,7 +24,7 @@ struct [[nodiscard]] SolvedScene {
     SceneBody body;
     RunHistory history;
     RunFigures figures;
-    std::vector<Vector3> displacement;  ///< of the last state that was kept, m
+    std::vector<Vector3> displacement;  ///< of the last state kept, at the nodes of the body's mesh
     std::size_t frames = 0;             ///< states that were kept; 0: none was reached
     std::string description;            ///< of the run, JSON: describe_run and `output_s`
 };

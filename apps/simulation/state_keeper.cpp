@@ -7,6 +7,7 @@
 #include "base/error.hpp"
 #include "base/stopwatch.hpp"
 #include "config/yaml.hpp"
+#include "io/vector_table.hpp"
 #include "solvers/parallel/first_rank.hpp"
 
 namespace livetet {
@@ -48,9 +49,12 @@ bool is_first_rank() {
 StateKeeper::StateKeeper(const Scene& scene, SceneBody& body, RunStart start)
     : scene_(scene),
       body_(*body.body),
+      share_(body.share()),
+      nodes_(node_blocks(share_)),
       is_first_rank_(is_first_rank()),
       keeps_checkpoints_(keeps_checkpoints(scene, start)),
-      store_(scene.output.file, run_identity(scene, keeps_checkpoints_), body.mesh().tets.size()) {
+      store_(scene.output.file, run_identity(scene, keeps_checkpoints_), body.node_count(),
+             body.tet_count()) {
     if (start == RunStart::from_checkpoint) {
         BodySnapshot state;
         std::tie(start_, state) = store_.read();
@@ -92,21 +96,22 @@ void StateKeeper::remove_checkpoints() const {
 }
 
 std::vector<Vector3> StateKeeper::take_displacement() {
-    return last_.displacement.empty() ? body_.displacement() : std::move(last_.displacement);
+    return last_ ? std::move(*last_) : body_.displacement();
 }
 
 void StateKeeper::keep(std::size_t number, double time) {
     const auto began = std::chrono::steady_clock::now();
-    last_ = {};  // frees the last displacement before the next is gathered
-    last_ = {time, body_.displacement(), {}};
+    if (!last_) last_.emplace();
+    body_.displacement(*last_);
     frames_ = number + 1;
     if (!writer_) return;
-    last_.fields = result_fields(scene_, body_);
+    const auto own = flat(*last_).first(3 * static_cast<std::size_t>(share_.owned));
+    const ResultFrame frame{time, vectors_of(nodes_.to_block(own, 3)),
+                            result_fields(scene_, body_)};
     if (!keeps_checkpoints_)
-        append_frame(*writer_, last_);
+        append_frame(*writer_, frame);
     else
-        store_.keep(number, last_);
-    last_.fields.clear();
+        store_.keep(number, frame);
     output_s_ += seconds_since(began);
 }
 

@@ -29,8 +29,8 @@ class StateKeeper {
     std::size_t frames() const { return frames_; }
     double start_s() const { return start_.time_s; }
     double output_s() const { return output_s_; }
-    /// Of the last state that was kept, m, which is gone from here then; the body's own where none
-    /// was.
+    /// Of the last state that was kept, of this rank's nodes, m, which is gone from here then; the
+    /// body's own where none was.
     std::vector<Vector3> take_displacement();
 
   private:
@@ -38,11 +38,13 @@ class StateKeeper {
 
     const Scene& scene_;
     DeformableBody& body_;
+    const PartitionedMesh& share_;
+    RowBlocks nodes_;  ///< of files
     bool is_first_rank_, keeps_checkpoints_;
     CheckpointStore store_;
     RunPlace start_;
     std::optional<ResultWriter> writer_;
-    ResultFrame last_;
+    std::optional<std::vector<Vector3>> last_;  ///< displacement that was kept last, m
     std::size_t frames_ = 0;
     double output_s_ = 0;
 };

@@ -72,13 +72,16 @@ void StudySolver::run(const Scene& scene, StudyRow& row, const ProgressCallback&
     std::vector<NamedPoint> probes;
     if (scene.probes) probes = read_points_csv(scene.probes->points);
     SceneBody body = make_body(group_, scene, hierarchy_, Use::solve);
-    const TetMesh& mesh = body.mesh();
-    SceneConstraints constraints(scene, mesh);
-    check_no_free_motion(scene, mesh, constraints);
+    SceneConstraints constraints(scene, body.mesh());
+    check_no_free_motion(scene, body.mesh(), constraints);
+    const PointSampler sampler(body.mesh(), positions_of(probes));
+    std::vector<Vector3> forces = scene_forces(scene, body.mesh());
+    body.keep_part(constraints, forces);
     row.setup_s = seconds_since(start) - row.mesh_s;
 
     // 2. run
-    const RunHistory history = run_scene(scene, body, constraints, {.progress = progress});
+    const RunHistory history =
+        run_scene(scene, *body.body, constraints, forces, {.progress = progress});
     row.converged = history.converged;
     row.failure = history.failure;
     row.steps = history.steps;
@@ -89,7 +92,8 @@ void StudySolver::run(const Scene& scene, StudyRow& row, const ProgressCallback&
     }
 
     // 3. outputs
-    row.displacement = body.body->displacement();
+    const std::vector<Vector3> local = body.body->displacement();
+    row.displacement = whole_values(body.share(), local);
     double largest = 0;
     for (const Vector3& u : row.displacement) largest = std::max(largest, u.norm());
     row.outputs.emplace_back("largest_displacement_mm", 1e3 * largest);
@@ -98,12 +102,11 @@ void StudySolver::run(const Scene& scene, StudyRow& row, const ProgressCallback&
     row.outputs.emplace_back(inverted_tets_output, static_cast<double>(body.body->inverted_tets()));
     row.outputs.emplace_back(
         beyond_model_output,
-        static_cast<double>(beyond_model(scene, mesh, row.displacement).size()));
+        static_cast<double>(beyond_model(scene, body.mesh(), local, &body.share()).size()));
     if (!scene.time.is_dynamic()) row.outputs.emplace_back("share_of_load", history.share);
-    for (const auto& [key, force] : constraints.forces(body.body->reactions(), row.displacement))
+    for (const auto& [key, force] : constraints.forces(body.body->reactions(), local))
         add_vector(row, key + "_force", "N", force);
-    const std::vector<Vector3> at_probes =
-        PointSampler(mesh, positions_of(probes)).sample(row.displacement);
+    const std::vector<Vector3> at_probes = sampler.sample(row.displacement);
     for (std::size_t i = 0; i < probes.size(); ++i)
         add_vector(row, probes[i].name, "mm", 1e3 * at_probes[i]);
 }

@@ -125,14 +125,16 @@ Eigen::AlignedBox3d LevelAssembler::bounding_box() const {
     return box;
 }
 
+TetElement LevelAssembler::operator_element(std::size_t e) const {
+    TetElement of_operator = element(e);
+    if (is_mixed()) of_operator.lambda = matrix_ ? 0 : least_mu();
+    return of_operator;
+}
+
 std::vector<TetElement> LevelAssembler::elements() const {
     std::vector<TetElement> all;
     all.reserve(share_.tets.size());
-    const double modulus = least_mu();
-    for (std::size_t e = 0; e < share_.tets.size(); ++e) {
-        all.push_back(element(e));
-        if (is_mixed()) all.back().lambda = matrix_ ? 0 : modulus;
-    }
+    for (std::size_t e = 0; e < share_.tets.size(); ++e) all.push_back(operator_element(e));
     return all;
 }
 
@@ -144,7 +146,7 @@ double LevelAssembler::least_mu() const {
 
 void LevelAssembler::make_double_batches() {
     parts_ = part_batches(share_.tets, 1, batch_width<double>);
-    batches_.emplace(elements(), share_.tets, parts_);
+    batches_.emplace([this](std::size_t e) { return operator_element(e); }, share_.tets, parts_);
     std::vector<std::int32_t>().swap(parts_.tet_of_lane);  // lanes are in the order of the tets
 }
 
@@ -169,8 +171,9 @@ void LevelAssembler::make_single_batches() {
         constexpr int count = std::tuple_size_v<std::remove_cvref_t<decltype(nodes[0])>>;
         parts_ = part_batches(nodes, part_count(nodes.size()), batch_width<float>);
         single_ = std::make_unique<SinglePrecisionBatches>(
-            TetBatches<float, count>(elements(), nodes, parts_), *law, std::move(own), zeros,
-            zeros);
+            TetBatches<float, count>([this](std::size_t e) { return operator_element(e); }, nodes,
+                                     parts_),
+            *law, std::move(own), zeros, zeros);
     };
     // The preconditioner's operator is Hooke's law turned by the rotations, whatever the law.
     rotates_ = !is_linear_;
@@ -205,8 +208,7 @@ void LevelAssembler::number_lanes() {
 }
 
 void LevelAssembler::set_constrained(std::span<const std::uint8_t> components) {
-    for (std::size_t i = 0; i < share_.nodes.size(); ++i)
-        constrained_[i] = components[share_.nodes[i]];
+    constrained_ = with_ghosts(share_, components.first(share_.owned));
     if (matrix_) matrix_->set_constrained(constrained_);
     if (single_) find_constrained_batches();
 }
@@ -234,8 +236,7 @@ void LevelAssembler::find_constrained_batches() {
 
 void LevelAssembler::set_springs(std::span<const double> stiffness) {
     springs_.clear();
-    if (stiffness.empty()) return;
-    for (std::int32_t i = 0; i < share_.owned; ++i) springs_.push_back(stiffness[share_.nodes[i]]);
+    if (!stiffness.empty()) springs_.assign(stiffness.begin(), stiffness.begin() + share_.owned);
 }
 
 ElementRotations LevelAssembler::make_rotations() const {

@@ -89,10 +89,11 @@ class LevelAssembler {
     /// Gradients, volume and moduli of a local tet. Computed from the corner positions on each
     /// call; storing it would add a third to the level's memory.
     TetElement element(std::size_t e) const;
-    /// All of them, as the operator of the displacements has them. In the mixed form without
-    /// lambda; in single precision with the least mu in its place, by which batches hold volumes
-    /// (see MixedTets): a preconditioner of that small Poisson's ratio does as well.
-    std::vector<TetElement> elements() const;
+    /// The same as the operator of the displacements has it. In the mixed form without lambda; in
+    /// single precision with the least mu in its place, by which batches hold volumes (see
+    /// MixedTets): a preconditioner of that small Poisson's ratio does as well.
+    TetElement operator_element(std::size_t e) const;
+    std::vector<TetElement> elements() const;  ///< all of them, as the operator has them
     /// Of the nodes at rest, m, of the whole mesh. Collective.
     Eigen::AlignedBox3d bounding_box() const;
     Mat matrix() const { return matrix_ ? matrix_->get() : nullptr; }
@@ -108,9 +109,10 @@ class LevelAssembler {
     /// Constrained components of each local node (bit 0: x, 1: y, 2: z).
     std::span<const std::uint8_t> constrained() const { return constrained_; }
 
-    /// `components`: for every node of the whole mesh.
+    /// `components`: of this rank's own nodes, which come first; its ghosts get theirs from their
+    /// owners. Collective.
     void set_constrained(std::span<const std::uint8_t> components);
-    /// Springs to ground, N/m, for every node of the whole mesh; empty: none.
+    /// Springs to ground, N/m, of this rank's own nodes; empty: none.
     void set_springs(std::span<const double> stiffness);
     /// Of each owned node, N/m; empty: none.
     std::span<const double> springs() const { return springs_; }

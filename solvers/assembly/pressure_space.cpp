@@ -1,32 +1,33 @@
 #include "solvers/assembly/pressure_space.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 namespace livetet {
 
 PressureSpace make_pressure_space(const PartitionedMesh& share, std::int32_t corners) {
     PressureSpace space{.comm = share.comm, .owned = 0, .numbers = {}, .tets = {}};
-    std::vector<std::int32_t> owned_corners;
-    for (std::int32_t i = 0; i < share.owned; ++i)
-        if (share.nodes[i] < corners) owned_corners.push_back(share.nodes[i]);
-    space.owned = static_cast<std::int32_t>(owned_corners.size());
-    const std::vector<PetscInt> number_of_corner = number_owned(share.comm, corners, owned_corners);
-
     // Corners have the lowest numbers in the whole mesh: the owned ones are the first local nodes
     // of the share.
+    while (space.owned < share.owned && share.nodes[space.owned] < corners) ++space.owned;
+    PetscInt here = space.owned, end = 0;
+    MPI_Scan(&here, &end, 1, MPIU_INT, MPI_SUM, share.comm);
+    std::vector<PetscInt> number(share.owned, -1);  // of the pressure at each local node
+    std::iota(number.begin(), number.begin() + space.owned, end - here);
+    number = with_ghosts<PetscInt>(share, number);
+
     std::vector<std::int32_t> ghosts;
     for (std::size_t i = share.owned; i < share.nodes.size(); ++i)
         if (share.nodes[i] < corners) ghosts.push_back(static_cast<std::int32_t>(i));
-    std::sort(ghosts.begin(), ghosts.end(), [&](std::int32_t a, std::int32_t b) {
-        return number_of_corner[share.nodes[a]] < number_of_corner[share.nodes[b]];
-    });
+    std::sort(ghosts.begin(), ghosts.end(),
+              [&](std::int32_t a, std::int32_t b) { return number[a] < number[b]; });
     std::vector<std::int32_t> pressure_of(share.nodes.size(), -1);
     for (std::int32_t i = 0; i < space.owned; ++i) pressure_of[i] = i;
     for (std::size_t k = 0; k < ghosts.size(); ++k)
         pressure_of[ghosts[k]] = space.owned + static_cast<std::int32_t>(k);
     space.numbers.resize(space.owned + ghosts.size());
     for (std::size_t i = 0; i < share.nodes.size(); ++i)
-        if (pressure_of[i] >= 0) space.numbers[pressure_of[i]] = number_of_corner[share.nodes[i]];
+        if (pressure_of[i] >= 0) space.numbers[pressure_of[i]] = number[i];
     for (const Tet& t : share.tets)
         space.tets.push_back(
             {pressure_of[t[0]], pressure_of[t[1]], pressure_of[t[2]], pressure_of[t[3]]});

@@ -4,37 +4,35 @@
 
 namespace livetet {
 
-CoarseConstraints::CoarseConstraints(const MeshHierarchy& hierarchy) {
-    for (std::size_t l = 1; l < hierarchy.levels.size(); ++l) {
-        maps_.push_back(&hierarchy.transfers[l - 1]);
-        bodies_.emplace_back(hierarchy.levels[l], hierarchy.levels[l - 1],
-                             hierarchy.transfers[l - 1]);
-    }
-}
-
-void CoarseConstraints::set_constrained(std::span<const std::unique_ptr<LevelAssembler>> levels,
-                                        std::span<const std::uint8_t> components) {
-    components_.assign(1, {components.begin(), components.end()});
-    levels.front()->set_constrained(components);
+CoarseConstraints::CoarseConstraints(const MeshHierarchy& hierarchy, Levels levels) {
     for (std::size_t l = 1; l < levels.size(); ++l) {
-        components_.push_back(coarse_components(*maps_[l - 1], components_[l - 1], bodies_[l - 1]));
-        levels[l]->set_constrained(components_[l]);
+        const BarycentricMap& fine_in_coarse = hierarchy.transfers[l - 1];
+        rows_.emplace_back(levels[l - 1]->share(), levels[l]->share(), fine_in_coarse);
+        bodies_.emplace_back(hierarchy.levels[l], hierarchy.levels[l - 1], fine_in_coarse,
+                             levels[l]->share());
     }
 }
 
-void CoarseConstraints::set_springs(std::span<const std::unique_ptr<LevelAssembler>> levels,
-                                    std::span<const double> stiffness) const {
+void CoarseConstraints::set_constrained(Levels levels, std::span<const std::uint8_t> components) {
+    levels.front()->set_constrained(components);
+    for (std::size_t l = 1; l < levels.size(); ++l)
+        levels[l]->set_constrained(
+            bodies_[l - 1].constrained(rows_[l - 1], levels[l - 1]->constrained()));
+}
+
+void CoarseConstraints::set_springs(Levels levels, std::span<const double> stiffness) const {
+    const bool is_soft = on_any_rank(levels.front()->share(), !stiffness.empty());
     std::vector<double> level(stiffness.begin(), stiffness.end());
     levels.front()->set_springs(level);
     for (std::size_t l = 1; l < levels.size(); ++l) {
-        std::vector<double> lower(level.empty() ? 0 : levels[l]->share().number_of_node.size(),
-                                  0.0);
-        const BarycentricMap& map = *maps_[l - 1];
-        for (std::size_t i = 0; i < level.size(); ++i)
+        const TransferRows& rows = rows_[l - 1];
+        const BarycentricMap& map = rows.map();
+        std::vector<double> sums(is_soft ? rows.columns() : 0, 0.0);
+        for (std::size_t i = 0; i < map.size() && is_soft; ++i)
             for (int k = 0; k < 4; ++k)  // an extrapolated place has negative weights
-                lower[map.nodes[i][k]] += std::max(map.weights[i][k], 0.0) * level[i];
-        levels[l]->set_springs(lower);
-        level = std::move(lower);
+                sums[map.nodes[i][k]] += map.mean_weight(i, k) * level[i];
+        level = is_soft ? rows.sum_to_owners(std::move(sums), 1) : std::vector<double>{};
+        levels[l]->set_springs(level);
     }
 }
 

@@ -1,36 +1,39 @@
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "mesh/hierarchy.hpp"
 #include "solvers/assembly/level_assembler.hpp"
-#include "solvers/linear/transfer.hpp"
+#include "solvers/linear/coarse_body.hpp"
 
 namespace livetet {
 
 /// Carries constraints and springs of the finest mesh down to the coarser levels of a hierarchy.
 class CoarseConstraints {
   public:
-    /// The hierarchy's transfers must outlive this; the hierarchy itself may be moved.
-    explicit CoarseConstraints(const MeshHierarchy& hierarchy);
+    using Levels = std::span<const std::unique_ptr<LevelAssembler>>;
 
-    /// Tells every level which components are constrained, given those of the finest whole mesh
-    /// (see coarse_components).
-    void set_constrained(std::span<const std::unique_ptr<LevelAssembler>> levels,
-                         std::span<const std::uint8_t> components);
-    /// Of a level's whole mesh, as they were set last.
-    std::span<const std::uint8_t> components(std::size_t level) const { return components_[level]; }
+    /// `levels`: all of the hierarchy's. On one rank its transfers must outlive this; of the rest
+    /// nothing is kept. Collective.
+    CoarseConstraints(const MeshHierarchy& hierarchy, Levels levels);
 
-    /// Tells every level its springs, N/m, given those of the finest whole mesh: a coarse node gets
-    /// from each fine one its share by the interpolation's weight. Empty: none.
-    void set_springs(std::span<const std::unique_ptr<LevelAssembler>> levels,
-                     std::span<const double> stiffness) const;
+    /// Between levels l and l + 1.
+    const TransferRows& rows(std::size_t l) const { return rows_[l]; }
+
+    /// Tells every level which components are constrained, given those of this rank's own nodes of
+    /// the finest (see CoarseBody). Collective.
+    void set_constrained(Levels levels, std::span<const std::uint8_t> components);
+
+    /// Tells every level its springs, N/m, given those of this rank's own nodes of the finest: a
+    /// coarse node gets from each fine one its share by the interpolation's weight. Empty on all
+    /// ranks: none. Collective.
+    void set_springs(Levels levels, std::span<const double> stiffness) const;
 
   private:
-    std::vector<const BarycentricMap*> maps_;            ///< by level, from the second
-    std::vector<CoarseBody> bodies_;                     ///< by level, from the second
-    std::vector<std::vector<std::uint8_t>> components_;  ///< by level
+    std::vector<TransferRows> rows_;  ///< by the finer level
+    std::vector<CoarseBody> bodies_;  ///< by level, from the second
 };
 
 }  // namespace livetet

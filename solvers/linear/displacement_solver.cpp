@@ -63,11 +63,12 @@ void DisplacementSolver::add_level(const DistributedHierarchy& mesh, const Elast
     else
         nodal_volumes_ = {};
     const HeapMeter meter(l == 0 ? &costs_.elements : &costs_.coarse_levels);
-    levels_.push_back(std::make_unique<LevelAssembler>(
-        hierarchy.levels[l],
+    PartitionedMesh share =
         distribute_mesh(mesh.comm, hierarchy.levels[l],
-                        mesh.parts.empty() ? std::span<const std::int32_t>{} : mesh.parts[l]),
-        materials, model.strain,
+                        mesh.parts.empty() ? std::span<const std::int32_t>{} : mesh.parts[l]);
+    if (share.ranks > 1 && mesh.level_is_taken) mesh.level_is_taken(l);
+    levels_.push_back(std::make_unique<LevelAssembler>(
+        hierarchy.levels[l], std::move(share), materials, model.strain,
         l == 0 && is_mixed ? Formulation::mixed : Formulation::displacement, storage, team_,
         volumes));
     if (l > 0) return;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -64,8 +65,8 @@ inline Formulation resolved_formulation(const ElasticModel& model) {
 }
 
 /// A body's mesh hierarchy as its solvers take it. `parts[l]`: the part of each tet of level l (see
-/// partition_levels); may be empty on one rank. The hierarchy must outlive the solver, so it cannot
-/// be a temporary.
+/// partition_levels); may be empty on one rank. On one rank the hierarchy must outlive the solver,
+/// so it cannot be a temporary; on several the solver keeps its rank's part alone.
 struct DistributedHierarchy {
     DistributedHierarchy(MPI_Comm comm, const MeshHierarchy& hierarchy,
                          std::span<const std::vector<std::int32_t>> parts = {})
@@ -76,6 +77,11 @@ struct DistributedHierarchy {
     MPI_Comm comm;
     const MeshHierarchy& hierarchy;
     std::span<const std::vector<std::int32_t>> parts;
+    /// Called on several ranks, in the middle of a solver's set-up, as soon as the parts of a
+    /// level, or all transfers and coarser meshes, are needed no more and may be freed. May be
+    /// empty.
+    std::function<void(std::size_t level)> level_is_taken{};
+    std::function<void()> coarse_levels_are_taken{};
 };
 
 /// Displacements, m, and in the mixed form pressures, Pa; else p is null. Owns nothing.
@@ -113,9 +119,10 @@ class LinearSolver {
     /// Number of tets of the whole finest mesh.
     std::size_t tet_count() const { return tet_count_; }
 
-    /// Constrained components (bits 0 to 2) of every node of the whole finest mesh.
+    /// Constrained components (bits 0 to 2) of this rank's own nodes of the finest mesh, which come
+    /// first. Collective, and so is the next.
     virtual void set_constrained(std::span<const std::uint8_t> components) = 0;
-    /// Springs to ground, N/m, for every node of the whole finest mesh; empty: none.
+    /// Springs to ground, N/m, of the same nodes; empty on all ranks: none.
     virtual void set_springs(std::span<const double> stiffness) = 0;
     /// Lumped mass on all levels that need it; without it `assemble` takes m = 0.
     virtual void find_mass() = 0;

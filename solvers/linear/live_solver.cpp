@@ -33,14 +33,13 @@ int rank_count(MPI_Comm comm) {
 
 LiveSolver::LiveSolver(const DistributedHierarchy& mesh, const ElasticModel& model,
                        const SolverOptions& options, Role role, ThreadTeam& team)
-    : DisplacementSolver(mesh, role, team),
-      grid_(grid_of(mesh.hierarchy)),
-      constraints_(grid_.levels.empty() ? mesh.hierarchy : grid_.meshes) {
+    : DisplacementSolver(mesh, role, team), grid_(grid_of(mesh.hierarchy)) {
     if (const std::string reason = why_not_live(model, mesh.hierarchy, rank_count(mesh.comm));
         !reason.empty())
         fail("solver.kind = live: {}", reason);
     const MeshHierarchy& hierarchy = grid_.levels.empty() ? mesh.hierarchy : grid_.meshes;
     add_levels({mesh.comm, hierarchy}, model);
+    constraints_.emplace(hierarchy, levels_);
     make_cycle(hierarchy, options.smoothing_steps > 0 ? options.smoothing_steps : 1);
     shell_ = make_shell_matrix<&LiveSolver::multiply>(mesh.comm, 3 * fine().share().owned, *this);
     make_krylov(mesh.comm, ErrorEstimate::from_steps);
@@ -90,14 +89,14 @@ void LiveSolver::configure(PC pc) {
 }
 
 void LiveSolver::set_constrained(std::span<const std::uint8_t> components) {
-    constraints_.set_constrained(levels_, components);
+    constraints_->set_constrained(levels_, components);
     if (fine_) fine_->set_constrained();
     cycle_->set_constrained();
     invalidate();
 }
 
 void LiveSolver::set_springs(std::span<const double> stiffness) {
-    constraints_.set_springs(levels_, stiffness);
+    constraints_->set_springs(levels_, stiffness);
     if (fine_) fine_->set_constrained();
     cycle_->set_springs();
     invalidate();

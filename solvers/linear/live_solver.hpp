@@ -58,7 +58,7 @@ class LiveSolver : public DisplacementSolver {
     void make_cycle(const MeshHierarchy& hierarchy, int smoothing_steps);
 
     GridHierarchy grid_;  ///< empty unless the body is a grid
-    CoarseConstraints constraints_;
+    std::optional<CoarseConstraints> constraints_;
     std::unique_ptr<MatrixFreeOperator> fine_;  ///< null: the matrix of `assembled_`
     std::unique_ptr<LiveCycle> cycle_;
     /// The cycle where its finest level is the body's and has a matrix, that of Hooke's law.

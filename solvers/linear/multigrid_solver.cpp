@@ -79,7 +79,7 @@ double largest_eigenvalue(Mat A, PC by = nullptr) {
 void add_identity(Mat A, const PartitionedMesh& share, std::span<const std::uint8_t> components) {
     for (std::int32_t i = 0; i < share.owned; ++i)
         for (PetscInt c = 0; c < 3; ++c)
-            if (components[share.nodes[i]] >> c & 1)
+            if (components[i] >> c & 1)
                 LIVETET_PETSC(MatSetValue(A, 3 * share.numbers[i] + c, 3 * share.numbers[i] + c,
                                           1.0, INSERT_VALUES));
     LIVETET_PETSC(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
@@ -94,21 +94,14 @@ MultigridSolver::MultigridSolver(const DistributedHierarchy& mesh, const Elastic
       asked_kind_(options.kind),
       asked_coarse_(options.coarse),
       coarse_(resolved_coarse(options.coarse, contrast_of(model.materials))),
-      smoothing_steps_(options.smoothing_steps > 0 ? options.smoothing_steps : 6),
-      constraints_(mesh.hierarchy) {
+      smoothing_steps_(options.smoothing_steps > 0 ? options.smoothing_steps : 6) {
     const std::size_t count = mesh.hierarchy.levels.size();
     for (std::size_t l = 0; l < count; ++l) {
         // Galerkin products and factorisations take matrices of scalars.
         const bool blocks = coarse_ == CoarseOperator::rediscretised && l + 1 < count;
         add_level(mesh, model, blocks ? MatrixLayout::blocks : MatrixLayout::scalars);
-        if (l == 0) continue;
-        CoarseLevel& coarse = coarse_levels_.emplace_back();
-        const HeapMeter meter(&costs_.coarse_levels);
-        coarse.transfer = std::make_unique<Transfer>(levels_[l - 1]->share(), levels_[l]->share(),
-                                                     mesh.hierarchy.transfers[l - 1]);
-        coarse.u = make_vector(levels_[l]->share());
-        coarse.rotations = levels_[l]->make_rotations();
     }
+    make_coarse_levels(mesh);
     const HeapMeter meter(&costs_.preconditioner);
     make_krylov(mesh.comm, ErrorEstimate::none);
     if (preconditions_by(PCMG)) warn_of_idle_options();
@@ -117,6 +110,19 @@ MultigridSolver::MultigridSolver(const DistributedHierarchy& mesh, const Elastic
 }
 
 MultigridSolver::~MultigridSolver() = default;
+
+void MultigridSolver::make_coarse_levels(const DistributedHierarchy& mesh) {
+    const HeapMeter meter(&costs_.coarse_levels);
+    constraints_.emplace(mesh.hierarchy, levels_);
+    if (mesh.coarse_levels_are_taken && fine().share().ranks > 1) mesh.coarse_levels_are_taken();
+    for (std::size_t l = 1; l < levels_.size(); ++l) {
+        CoarseLevel& coarse = coarse_levels_.emplace_back();
+        coarse.transfer = std::make_unique<Transfer>(levels_[l - 1]->share(), levels_[l]->share(),
+                                                     constraints_->rows(l - 1));
+        coarse.u = make_vector(levels_[l]->share());
+        coarse.rotations = levels_[l]->make_rotations();
+    }
+}
 
 void MultigridSolver::set_prefix(KSP ksp, const std::string& name) const {
     LIVETET_PETSC(KSPSetOptionsPrefix(ksp, (prefix() + name).c_str()));
@@ -176,17 +182,16 @@ void MultigridSolver::configure_coarsest(KSP coarse, PC pc) {
 }
 
 void MultigridSolver::set_constrained(std::span<const std::uint8_t> components) {
-    constraints_.set_constrained(levels_, components);
+    constraints_->set_constrained(levels_, components);
     for (std::size_t l = 0; l < coarse_levels_.size(); ++l)
-        coarse_levels_[l].transfer->set_constrained(levels_[l]->share(), levels_[l + 1]->share(),
-                                                    constraints_.components(l),
-                                                    constraints_.components(l + 1));
+        coarse_levels_[l].transfer->set_constrained(levels_[l]->share(), levels_[l]->constrained(),
+                                                    levels_[l + 1]->constrained());
     bounds_known_ = false;
     invalidate();
 }
 
 void MultigridSolver::set_springs(std::span<const double> stiffness) {
-    constraints_.set_springs(levels_, stiffness);
+    constraints_->set_springs(levels_, stiffness);
     invalidate();
 }
 
@@ -246,7 +251,7 @@ void MultigridSolver::form_galerkin_product(std::size_t l) {
                           coarse.transfer->interpolation(),
                           first ? MAT_INITIAL_MATRIX : MAT_REUSE_MATRIX, 2, &product));
     if (first) coarse.galerkin = PetscHandle<Mat>::adopt(product);
-    add_identity(product, levels_[l + 1]->share(), constraints_.components(l + 1));
+    add_identity(product, levels_[l + 1]->share(), levels_[l + 1]->constrained());
 }
 
 Mat MultigridSolver::level_matrix(std::size_t l) const {

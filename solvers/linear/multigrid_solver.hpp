@@ -4,6 +4,7 @@
 #include "solvers/linear/displacement_solver.hpp"
 #include "solvers/linear/matrix_preconditioner.hpp"
 #include "solvers/linear/scalar_copy.hpp"
+#include "solvers/linear/transfer.hpp"
 
 namespace livetet {
 
@@ -43,6 +44,7 @@ class MultigridSolver : public DisplacementSolver {
         PetscHandle<Mat> galerkin;  ///< P^T A P, where that is its operator
     };
 
+    void make_coarse_levels(const DistributedHierarchy& mesh);
     RenewalExtent renew(const Configuration& at, const OperatorTerms& terms,
                         RenewalExtent wanted) override;
     void configure(PC pc) override { configure_cycle(pc, 0); }
@@ -80,7 +82,7 @@ class MultigridSolver : public DisplacementSolver {
     CoarseOperator coarse_;
     int smoothing_steps_;
     std::vector<CoarseLevel> coarse_levels_;  ///< from the second level
-    CoarseConstraints constraints_;
+    std::optional<CoarseConstraints> constraints_;
     std::vector<KSP> smoothers_, coarse_solves_;  ///< of krylov_, from the finest level down
     bool bounds_known_ = false;
     bool is_cycle_ = false;  ///< a solver that PETSc's options leave the cycle configured here

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "base/error.hpp"
-#include "solvers/parallel/row_blocks.hpp"
 
 namespace livetet {
 
@@ -37,11 +36,11 @@ BodyState BodyState::duplicate() const {
     return twin;
 }
 
-namespace {
-
 RowBlocks node_blocks(const PartitionedMesh& mesh) {
-    return {mesh.comm, mesh.number_of_node.size(), std::span(mesh.nodes).first(mesh.owned)};
+    return {mesh.comm, mesh.total, std::span(mesh.nodes).first(mesh.owned)};
 }
+
+namespace {
 
 std::size_t corners_of(const BodyState& state) {
     PetscInt corners = 0;
@@ -61,7 +60,7 @@ RowBlocks corner_blocks(const PartitionedMesh& mesh, const BodyState& state) {
 
 BodySnapshot gather_state(const PartitionedMesh& mesh, const BodyState& state) {
     BodySnapshot snapshot;
-    snapshot.node_count = mesh.number_of_node.size();
+    snapshot.node_count = mesh.total;
     const RowBlocks nodes = node_blocks(mesh);
     for (const PetscHandle<Vec>* vector : {&state.u, &state.v, &state.a, &state.end_force})
         if (*vector) {
@@ -82,13 +81,13 @@ void restore_state(const PartitionedMesh& mesh, const BodySnapshot& snapshot, Bo
     for (const PetscHandle<Vec>* vector : {&state.u, &state.v, &state.a, &state.end_force})
         fields += *vector ? 1 : 0;
     const std::size_t corners = state.p ? corners_of(state) : 0;
-    if (snapshot.nodal.size() != fields || snapshot.node_count != mesh.number_of_node.size() ||
+    if (snapshot.nodal.size() != fields || snapshot.node_count != mesh.total ||
         snapshot.corner_count != corners)
         fail(
             "the state of a body has {} fields of {} nodes and {} pressures, expected {} fields of "
             "{} nodes and {} pressures",
-            snapshot.nodal.size(), snapshot.node_count, snapshot.corner_count, fields,
-            mesh.number_of_node.size(), corners);
+            snapshot.nodal.size(), snapshot.node_count, snapshot.corner_count, fields, mesh.total,
+            corners);
     const auto take = [](const RowBlocks& blocks, const std::vector<double>& of_block,
                          int components, Vec to) {
         const std::vector<double> values = blocks.from_block(of_block, components);

@@ -4,6 +4,7 @@
 
 #include "solvers/assembly/pressure_space.hpp"
 #include "solvers/parallel/partitioned_mesh.hpp"
+#include "solvers/parallel/row_blocks.hpp"
 
 namespace livetet {
 
@@ -35,6 +36,9 @@ struct BodyState {
     /// A state with the same vectors, whose values are not set.
     BodyState duplicate() const;
 };
+
+/// For rows of nodes in files: what this rank owns of them, and its block. Collective.
+RowBlocks node_blocks(const PartitionedMesh& mesh);
 
 /// Collective.
 BodySnapshot gather_state(const PartitionedMesh& mesh, const BodyState& state);

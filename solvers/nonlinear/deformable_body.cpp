@@ -46,16 +46,15 @@ DeformableBody::DeformableBody(const DistributedHierarchy& mesh, const ElasticMo
       prescribed_(level()),
       balance_(*solver_, time_, prescribed_, state_, team_),
       newton_(balance_, time_, prescribed_, *solver_, state_, history_, options_),
-      stepper_(balance_, time_, prescribed_, *solver_, state_, history_, options_, team_),
-      constrained_(mesh.hierarchy.levels.front().nodes.size(), 0) {
-    solver_->set_constrained(constrained_);
+      stepper_(balance_, time_, prescribed_, *solver_, state_, history_, options_, team_) {
+    solver_->set_constrained(std::vector<std::uint8_t>(this->mesh().nodes.size(), 0));
     prescribed_.find_nodes();
 }
 
 void DeformableBody::check_size(std::size_t found, const char* what) const {
-    if (found != constrained_.size())
+    if (found != mesh().nodes.size())
         fail("{}: found {} values, expected {}, one for each node", what, found,
-             constrained_.size());
+             mesh().nodes.size());
 }
 
 void DeformableBody::check_dynamic(const char* what) const {
@@ -66,9 +65,9 @@ void DeformableBody::check_dynamic(const char* what) const {
 void DeformableBody::set_constraints(const Constraints& constraints) {
     check_size(constraints.components.size(), "set_constraints: components");
     check_size(constraints.values.size(), "set_constraints: values");
-    if (constraints.components != constrained_) {
-        constrained_ = constraints.components;
-        solver_->set_constrained(constrained_);
+    const auto own = std::span(constraints.components).first(mesh().owned);
+    if (on_any_rank(mesh(), !std::ranges::equal(own, level().constrained().first(own.size())))) {
+        solver_->set_constrained(own);
         prescribed_.find_nodes();
         history_.clear();
     }
@@ -80,11 +79,12 @@ void DeformableBody::move_constraints(std::span<const std::int32_t> nodes,
     if (nodes.size() != values.size())
         fail("move_constraints: found {} values, expected {}, one for each node given",
              values.size(), nodes.size());
-    const auto count = std::ssize(constrained_);
+    const auto constrained = level().constrained();
+    const auto count = std::ssize(constrained);
     for (const std::int32_t n : nodes) {
         if (n < 0 || n >= count)
             fail("move_constraints: found node {}, expected 0 to {}", n, count - 1);
-        if (constrained_[n] == 0)
+        if (constrained[n] == 0)
             fail("move_constraints: node {} is not constrained: call set_constraints first", n);
     }
     prescribed_.move(nodes, values);
@@ -105,12 +105,12 @@ void DeformableBody::set_external_force(std::span<const Vector3> force, double s
 
 std::vector<Vector3> DeformableBody::velocity() const {
     check_dynamic("velocity");
-    return gather(mesh(), state_.v.get());
+    return local_values(mesh(), state_.v.get());
 }
 
 void DeformableBody::set_displacement(std::span<const Vector3> displacement) {
     check_size(displacement.size(), "set_displacement");
-    fill(mesh(), displacement, state_.u.get());
+    set_values(mesh(), displacement, state_.u.get());
     if (state_.p) LIVETET_PETSC(VecSet(state_.p.get(), 0));
     state_.started = false;
 }
@@ -118,7 +118,7 @@ void DeformableBody::set_displacement(std::span<const Vector3> displacement) {
 void DeformableBody::set_velocity(std::span<const Vector3> velocity) {
     check_dynamic("set_velocity");
     check_size(velocity.size(), "set_velocity");
-    fill(mesh(), velocity, state_.v.get());
+    set_values(mesh(), velocity, state_.v.get());
     state_.started = false;
 }
 
@@ -192,8 +192,8 @@ void DeformableBody::linearise() {
 
 namespace {
 
-/// The columns of `values`, three numbers for each node of the whole mesh, in the rows of this
-/// rank's own nodes; zero in constrained components.
+/// The columns of `values`, three numbers for each local node, in the rows of this rank's own
+/// nodes; zero in constrained components.
 PetscHandle<Mat> own_rows(const PartitionedMesh& share, std::span<const std::uint8_t> constrained,
                           const Eigen::MatrixXd& values) {
     PetscHandle<Mat> rows;
@@ -208,7 +208,7 @@ PetscHandle<Mat> own_rows(const PartitionedMesh& share, std::span<const std::uin
                 for (int c = 0; c < 3; ++c)
                     mine[3 * i + c] = constrained[static_cast<std::size_t>(i)] >> c & 1
                                           ? 0
-                                          : values(3 * share.nodes[i] + c, j);
+                                          : values(3 * i + c, j);
         }
         LIVETET_PETSC(MatDenseRestoreColumnVecWrite(rows.get(), static_cast<PetscInt>(j), &column));
     }
@@ -242,7 +242,7 @@ LinearReport DeformableBody::responses(const Eigen::MatrixXd& forces, double rel
         for (PetscHandle<Vec>* v : {&b_p, &x_p})
             LIVETET_PETSC(VecDuplicate(state_.p.get(), v->out()));
     displacements.resize(forces.rows(), forces.cols());
-    std::vector<Vector3> of_all;
+    std::vector<Vector3> of_nodes;
     LinearReport report{.converged = true, .reason = "no column"};
     for (Eigen::Index j = 0; j < forces.cols() && report.converged; ++j) {
         LIVETET_PETSC(MatGetColumnVector(B.get(), b.get(), static_cast<PetscInt>(j)));
@@ -260,9 +260,9 @@ LinearReport DeformableBody::responses(const Eigen::MatrixXd& forces, double rel
             report = solver_->solve(b.get(), b_p.get(), x.get(), x_p.get(),
                                     {.relative_tolerance = relative_tolerance});
         }
-        gather(mesh(), x.get(), of_all);
-        displacements.col(j) =
-            Eigen::Map<const Eigen::VectorXd>(of_all.front().data(), forces.rows());
+        local_values(mesh(), x.get(), of_nodes);
+        for (std::size_t n = 0; n < of_nodes.size(); ++n)
+            displacements.col(j).segment<3>(3 * static_cast<Eigen::Index>(n)) = of_nodes[n];
     }
     return report;
 }

@@ -24,6 +24,11 @@ struct BodyCosts {
 /// wanted, move what is prescribed and call `solve` (to a tolerance, by Newton's method) or
 /// `advance` (a frame that aims at a deadline). Bad arguments throw Error and change nothing. One
 /// thread of a process uses bodies at a time: PETSc is not thread-safe.
+///
+/// Arrays of nodes have one value for each node that this rank has (PartitionedMesh::nodes): on one
+/// rank all of the finest mesh, in its order; on several the rank's own, then its ghosts. What is
+/// given for ghosts is passed over; what is returned for them is their owner's. On several ranks
+/// all members but those for costs are collective.
 class DeformableBody {
   public:
     /// Collective; see make_linear_solver. The hierarchy must outlive the body; materials and
@@ -33,8 +38,8 @@ class DeformableBody {
     DeformableBody(const DeformableBody&) = delete;
     DeformableBody& operator=(const DeformableBody&) = delete;
 
-    /// Constraints of the finest mesh. What is constrained may change between steps; new values
-    /// alone cost nothing. Throws Error if they are of another number of nodes.
+    /// What is constrained may change between steps; new values alone cost nothing. Throws Error
+    /// if they are of another number of nodes.
     void set_constraints(const Constraints& constraints);
     /// New values of components that are constrained already. Throws Error if there is not one
     /// value for each node, or if a node does not exist or has no constrained component.
@@ -42,8 +47,8 @@ class DeformableBody {
     /// Soft constraints; new targets alone cost nothing. Throws Error if they are of another number
     /// of nodes.
     void set_springs(const Springs& springs);
-    /// External force at each node of the finest mesh, N: `share` times what is given; empty: none.
-    /// Throws Error if it is of another number of nodes.
+    /// External force at each node, N: `share` times what is given; empty: none. Throws Error if it
+    /// is of another number of nodes.
     void set_external_force(std::span<const Vector3> force, double share = 1);
 
     /// `solve`: one step of `dt` seconds, by Newton's method to a tolerance. `advance`: one frame
@@ -60,8 +65,8 @@ class DeformableBody {
     /// validity. Throws Error if the body is dynamic. Collective.
     void linearise();
     /// X with K X = B, m, for forces B, N, by the tangent of the last `linearise`: the changes of
-    /// an equilibrium by small extra forces. Each column has three numbers for each node of the
-    /// whole mesh. Constrained components are zero; their forces are passed over. K is symmetric,
+    /// an equilibrium by small extra forces. Each column has three numbers for each node.
+    /// Constrained components are zero; their forces are passed over. K is symmetric,
     /// in the mixed form with the pressures eliminated too, so that this is its own adjoint. The
     /// report is that of the last column, or of the first that did not converge, where it ends.
     /// Throws Error if `forces` is of another number of nodes. Collective.
@@ -80,11 +85,10 @@ class DeformableBody {
     void keep_state();
     void return_to_kept_state() { state_.copy_from(kept_); }
 
-    /// Displacement, m, of every node of the finest mesh, on every rank; the second into `values`,
-    /// whose storage is used again.
-    std::vector<Vector3> displacement() const { return gather(mesh(), state_.u.get()); }
+    /// Displacement of each node, m; the second into `values`, whose storage is used again.
+    std::vector<Vector3> displacement() const { return local_values(mesh(), state_.u.get()); }
     void displacement(std::vector<Vector3>& values) const {
-        gather(mesh(), state_.u.get(), values);
+        local_values(mesh(), state_.u.get(), values);
     }
     /// Velocity, m/s, likewise. Throws Error if the body is static.
     std::vector<Vector3> velocity() const;
@@ -106,7 +110,7 @@ class DeformableBody {
     /// tet with an inverted corner can have a positive mean.) A pass over all tets on one thread.
     /// Collective.
     std::size_t inverted_tets();
-    /// Cauchy's stress, Pa, at every node on every rank: extrapolated in each tet from its
+    /// Cauchy's stress, Pa, at each node: extrapolated in each tet from its
     /// quadrature points, where it is most accurate, and averaged over the tets at a node by their
     /// volume.
     std::vector<Eigen::Matrix3d> nodal_stress();
@@ -144,7 +148,6 @@ class DeformableBody {
     IncrementHistory history_;
     NewtonSolver newton_;
     FrameStepper stepper_;
-    std::vector<std::uint8_t> constrained_;  ///< of every node of the whole mesh, see Constraints
 };
 
 }  // namespace livetet

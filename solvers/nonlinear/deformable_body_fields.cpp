@@ -10,7 +10,6 @@
 #include "solvers/assembly/level_assembler_points.hpp"
 #include "solvers/nonlinear/deformable_body.hpp"
 #include "solvers/parallel/row_blocks.hpp"
-#include "solvers/parallel/sum_over_ranks.hpp"
 
 namespace livetet {
 
@@ -99,10 +98,10 @@ std::vector<Eigen::Matrix3d> DeformableBody::nodal_stress() {
                               corners[e][i] += (i == point ? own : other) * stress;
                       });
     constexpr int numbers = 10;
-    std::vector<double> packed(numbers * share.number_of_node.size(), 0.0);
+    std::vector<double> packed(numbers * static_cast<std::size_t>(share.owned), 0.0);
     const auto add = [&](std::int32_t n, double volume, const Eigen::Matrix3d& stress) {
         if (n >= share.owned) return;
-        double* at = packed.data() + numbers * share.nodes[n];
+        double* at = packed.data() + numbers * n;
         Eigen::Map<Eigen::Matrix3d>{at} += volume * stress;
         at[9] += volume;
     };
@@ -113,11 +112,10 @@ std::vector<Eigen::Matrix3d> DeformableBody::nodal_stress() {
             add(share.edge_nodes[e][k], volume,
                 (corners[e][tet_edges[k][0]] + corners[e][tet_edges[k][1]]) / 2);
     }
-    sum_over_ranks(share.comm, packed);
     std::vector<Eigen::Matrix3d> stress;
     for (const double* at = packed.data(); at < packed.data() + packed.size(); at += numbers)
         stress.push_back(Eigen::Map<const Eigen::Matrix3d>(at) / at[9]);
-    return stress;
+    return with_ghosts<Eigen::Matrix3d>(share, stress);
 }
 
 double DeformableBody::strain_energy() { return level().strain_energy(configuration()); }

@@ -19,7 +19,7 @@ namespace {
 double lost_at(const LevelAssembler& level) {
     constexpr double max_sizes = 100;
     const Eigen::AlignedBox3d box = level.bounding_box();
-    const auto nodes = static_cast<double>(level.share().number_of_node.size());
+    const auto nodes = static_cast<double>(level.share().total);
     return max_sizes * box.diagonal().norm() * std::sqrt(nodes);
 }
 
@@ -43,17 +43,19 @@ ForceBalance::ForceBalance(LinearSolver& solver, TimeIntegrator& time, Prescribe
 }
 
 void ForceBalance::set_springs(const Springs& springs) {
-    const bool same = springs.stiffness == springs_.stiffness;
+    const bool is_new = on_any_rank(level().share(), springs.stiffness != springs_.stiffness);
     springs_ = springs;
-    if (!same) solver_.set_springs(springs_.stiffness);
+    if (is_new) solver_.set_springs(springs_.stiffness);
 }
 
 void ForceBalance::set_external_force(std::span<const Vector3> force, double share) {
-    if (force.empty())
-        LIVETET_PETSC(VecSet(external_.get(), 0));
-    else
-        fill(level().share(), force, external_.get());
-    if (share != 1) LIVETET_PETSC(VecScale(external_.get(), share));
+    {
+        // Not VecSet: a rank without nodes has no forces where others have some, and VecSet lets
+        // PETSc pass over the norm's sum there.
+        WriteArray to(external_.get());
+        for (std::size_t i = 0; i < to.span().size(); ++i)
+            to[i] = force.empty() ? 0 : share * force[i / 3][static_cast<Eigen::Index>(i % 3)];
+    }
     external_size_ = norm_of(external_.get());
 }
 
@@ -152,8 +154,7 @@ void ForceBalance::subtract_spring_pull() {
     const ReadArray u(state_.u.get());
     WriteArray f(force_.get());
     for (std::size_t i = 0; i < f.span().size(); ++i)
-        if (springs[i / 3] > 0)
-            f[i] -= springs[i / 3] * (springs_.target[fine.share().nodes[i / 3]][i % 3] - u[i]);
+        if (springs[i / 3] > 0) f[i] -= springs[i / 3] * (springs_.target[i / 3][i % 3] - u[i]);
 }
 
 void ForceBalance::zero_constrained(Vec v) const {
@@ -220,7 +221,7 @@ const char* ForceBalance::state_fault() const {
 std::vector<Vector3> ForceBalance::elastic_force() {
     update_rotations();
     level().elastic_force(configuration(), force_.get());
-    return gather(level().share(), force_.get());
+    return local_values(level().share(), force_.get());
 }
 
 std::vector<Vector3> ForceBalance::reactions() {
@@ -240,13 +241,11 @@ std::vector<Vector3> ForceBalance::reactions() {
             if (constrained[i / 3] >> (i % 3) & 1)
                 f[i] -= external[i];
             else
-                f[i] = springs.empty()
-                           ? 0
-                           : springs[i / 3] *
-                                 (springs_.target[fine.share().nodes[i / 3]][i % 3] - u[i]);
+                f[i] =
+                    springs.empty() ? 0 : springs[i / 3] * (springs_.target[i / 3][i % 3] - u[i]);
         }
     }
-    return gather(fine.share(), force_.get());
+    return local_values(fine.share(), force_.get());
 }
 
 }  // namespace livetet

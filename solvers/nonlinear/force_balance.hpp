@@ -29,7 +29,7 @@ class ForceBalance {
                  BodyState& state, ThreadTeam& team);
 
     void set_springs(const Springs& springs);
-    /// External force at each node of the whole mesh, N, times `share`; empty: none.
+    /// External force at each local node, N, times `share`; empty: none. Collective.
     void set_external_force(std::span<const Vector3> force, double share);
     Vec external() const { return external_.get(); }
 

@@ -22,17 +22,13 @@ void PrescribedMotion::find_nodes() {
 }
 
 void PrescribedMotion::set_values(const Constraints& constraints) {
-    for (std::size_t k = 0; k < nodes_.size(); ++k)
-        values_[k] = constraints.values[level_.share().nodes[nodes_[k]]];
+    for (std::size_t k = 0; k < nodes_.size(); ++k) values_[k] = constraints.values[nodes_[k]];
 }
 
 void PrescribedMotion::move(std::span<const std::int32_t> nodes, std::span<const Vector3> values) {
-    const PartitionedMesh& mesh = level_.share();
-    for (std::size_t k = 0; k < nodes.size(); ++k) {
-        const PetscInt i =
-            mesh.number_of_node[nodes[k]] - (mesh.owned > 0 ? mesh.numbers.front() : 0);
-        if (i >= 0 && i < mesh.owned && at_[i] >= 0) values_[at_[i]] = values[k];
-    }
+    for (std::size_t k = 0; k < nodes.size(); ++k)
+        if (const std::int32_t i = nodes[k]; i < level_.share().owned && at_[i] >= 0)
+            values_[at_[i]] = values[k];
 }
 
 void PrescribedMotion::find_increment(Vec u) {

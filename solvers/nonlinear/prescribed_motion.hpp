@@ -17,9 +17,9 @@ class PrescribedMotion {
 
     /// The level has other constraints now: finds their nodes; all values become zero.
     void find_nodes();
-    /// Values of all constrained nodes.
+    /// Values of all constrained nodes; `constraints`: of the local nodes.
     void set_values(const Constraints& constraints);
-    /// New values, m, at nodes of the whole mesh; those that are not constrained are passed over.
+    /// New values, m, at local nodes; ghosts and those that are not constrained are passed over.
     void move(std::span<const std::int32_t> nodes, std::span<const Vector3> values);
 
     /// increment() = value - u at constrained components, zero elsewhere. Collective.

@@ -62,12 +62,12 @@ PartitionedMesh distribute_mesh(MPI_Comm comm, const TetMesh& mesh,
     PartitionedMesh share;
     share.comm = comm;
     MPI_Comm_size(comm, &share.ranks);
+    share.total = mesh.nodes.size();
     if (share.ranks == 1) {
         share.owned = static_cast<std::int32_t>(mesh.nodes.size());
         share.nodes.resize(mesh.nodes.size());
         std::iota(share.nodes.begin(), share.nodes.end(), 0);
         share.numbers.assign(share.nodes.begin(), share.nodes.end());
-        share.number_of_node = share.numbers;
         if (!mesh.hexahedra.empty()) {
             share.hexahedra = mesh.hexahedra;
             for (std::size_t e = 0; e < mesh.hexahedra.size(); ++e) {
@@ -88,7 +88,7 @@ PartitionedMesh distribute_mesh(MPI_Comm comm, const TetMesh& mesh,
     const Distributed d = find_share(mesh, parts, rank);
     share.nodes = with_edge_nodes(mesh, d.owned_nodes);
     share.owned = static_cast<std::int32_t>(share.nodes.size());
-    share.number_of_node = number_owned(comm, mesh.nodes.size(), share.nodes);
+    const std::vector<PetscInt> number_of_node = node_numbers(share);
 
     std::vector<std::int32_t> local_of(mesh.nodes.size(), -1);
     for (std::int32_t i = 0; i < share.owned; ++i) local_of[share.nodes[i]] = i;
@@ -110,13 +110,13 @@ PartitionedMesh distribute_mesh(MPI_Comm comm, const TetMesh& mesh,
             for (const std::int32_t n : mesh.edge_nodes[e]) mark(n);
     }
     std::sort(ghosts.begin(), ghosts.end(), [&](std::int32_t a, std::int32_t b) {
-        return share.number_of_node[a] < share.number_of_node[b];
+        return number_of_node[a] < number_of_node[b];
     });
     for (const std::int32_t n : ghosts) {
         local_of[n] = static_cast<std::int32_t>(share.nodes.size());
         share.nodes.push_back(n);
     }
-    for (const std::int32_t n : share.nodes) share.numbers.push_back(share.number_of_node[n]);
+    for (const std::int32_t n : share.nodes) share.numbers.push_back(number_of_node[n]);
     for (const std::int32_t e : share.tet_ids) {
         const Tet& t = mesh.tets[e];
         share.tets.push_back({local_of[t[0]], local_of[t[1]], local_of[t[2]], local_of[t[3]]});
@@ -125,6 +125,34 @@ PartitionedMesh distribute_mesh(MPI_Comm comm, const TetMesh& mesh,
         for (std::int32_t& n : share.edge_nodes.back()) n = local_of[n];
     }
     return share;
+}
+
+TetMesh local_mesh(const PartitionedMesh& share, const TetMesh& whole) {
+    TetMesh local;
+    local.nodes = local_part<Vector3>(share, whole.nodes);
+    local.tets = share.tets;
+    local.edge_nodes = share.edge_nodes;
+    if (!whole.regions.empty())
+        for (const std::int32_t e : share.tet_ids) local.regions.push_back(whole.regions[e]);
+    return local;
+}
+
+std::vector<Vector3> whole_values(const PartitionedMesh& share, std::span<const Vector3> local) {
+    if (share.ranks == 1) return {local.begin(), local.end()};
+    std::vector<Vector3> values(share.total, Vector3::Zero());
+    for (std::int32_t i = 0; i < share.owned; ++i) values[share.nodes[i]] = local[i];
+    sum_over_ranks(share.comm, {values.front().data(), 3 * values.size()});
+    return values;
+}
+
+std::vector<PetscInt> node_numbers(const PartitionedMesh& share) {
+    return number_owned(share.comm, share.total, std::span(share.nodes).first(share.owned));
+}
+
+bool on_any_rank(const PartitionedMesh& share, bool here) {
+    int any = here;
+    if (share.ranks > 1) MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPI_INT, MPI_MAX, share.comm);
+    return any != 0;
 }
 
 PetscHandle<Vec> make_vector(const PartitionedMesh& share) {
@@ -143,30 +171,24 @@ void update_ghosts(Vec v) {
     LIVETET_PETSC(VecGhostUpdateEnd(v, INSERT_VALUES, SCATTER_FORWARD));
 }
 
-std::vector<Vector3> gather(const PartitionedMesh& share, Vec v) {
+std::vector<Vector3> local_values(const PartitionedMesh& share, Vec v) {
     std::vector<Vector3> values;
-    gather(share, v, values);
+    local_values(share, v, values);
     return values;
 }
 
-// An Allreduce: 0.32 ms for 100,000 nodes on two ranks. A PetscSF into the mesh's order takes
-// 0.21 ms, but keeps 3 MB on each rank and level; VecScatterCreateToAll takes 0.25 ms. For ghosts
-// VecGhost is as fast as a PetscSF; DMPlex's local vectors take three times as long.
-void gather(const PartitionedMesh& share, Vec v, std::vector<Vector3>& values) {
-    values.resize(share.number_of_node.size());
-    if (share.owned < static_cast<std::int32_t>(values.size()))
-        std::fill(values.begin(), values.end(), Vector3::Zero());
-    const ReadArray mine(v);
-    for (std::int32_t i = 0; i < share.owned; ++i)
-        values[share.nodes[i]] = Eigen::Map<const Vector3>(mine.span().data() + 3 * i);
-    if (share.ranks > 1 && !values.empty())
-        sum_over_ranks(share.comm, {values.front().data(), 3 * values.size()});
+void local_values(const PartitionedMesh& share, Vec v, std::vector<Vector3>& values) {
+    update_ghosts(v);
+    values.resize(share.nodes.size());
+    const LocalValues local(v);
+    for (std::size_t i = 0; i < values.size(); ++i)
+        values[i] = Eigen::Map<const Vector3>(local.data() + 3 * i);
 }
 
-void fill(const PartitionedMesh& share, std::span<const Vector3> values, Vec v) {
+void set_values(const PartitionedMesh& share, std::span<const Vector3> values, Vec v) {
     WriteArray mine(v);
     for (std::int32_t i = 0; i < share.owned; ++i)
-        for (int c = 0; c < 3; ++c) mine[3 * i + c] = values[share.nodes[i]][c];
+        Eigen::Map<Vector3>(mine.span().data() + 3 * i) = values[i];
 }
 
 }  // namespace livetet

@@ -6,6 +6,7 @@
 
 #include "base/petsc.hpp"
 #include "mesh/tet_mesh.hpp"
+#include "solvers/parallel/shared_rows.hpp"
 
 namespace livetet {
 
@@ -15,12 +16,11 @@ namespace livetet {
 struct PartitionedMesh {
     MPI_Comm comm = MPI_COMM_SELF;
     int ranks = 1;
+    std::size_t total = 0;            ///< nodes of the whole mesh
     std::vector<std::int32_t> nodes;  ///< local node -> node of the whole mesh
     std::int32_t owned = 0;
-    std::vector<PetscInt> numbers;  ///< local node -> PETSc's number
-    std::vector<PetscInt>
-        number_of_node;     ///< node of the whole mesh -> PETSc's number, on every rank
-    std::vector<Tet> tets;  ///< in local nodes
+    std::vector<PetscInt> numbers;                        ///< local node -> PETSc's number
+    std::vector<Tet> tets;                                ///< in local nodes
     std::vector<std::array<std::int32_t, 6>> edge_nodes;  ///< P2: in local nodes
     /// Grids: in local nodes. `tets` are then their corner tets (corners 0, 1, 2, 4), one each.
     std::vector<Hexahedron> hexahedra{};
@@ -36,7 +36,7 @@ struct PartitionedMesh {
     }
 };
 
-/// Distributes `mesh`, which every rank holds, by the parts of its tets (see partition_levels):
+/// Distributes `mesh`, which every rank holds now, by the parts of its tets (see partition_levels):
 /// each rank takes its own share, without a message. With one rank, nothing is distributed and
 /// `parts` may be empty. An edge node of a P2 mesh goes to the owner of the first of its two
 /// corners. Throws Error for hexahedra on several ranks.
@@ -48,19 +48,55 @@ PartitionedMesh distribute_mesh(MPI_Comm comm, const TetMesh& mesh,
 std::vector<PetscInt> number_owned(MPI_Comm comm, std::size_t count,
                                    std::span<const std::int32_t> owned);
 
+/// The rank's part of the mesh as a mesh of its own: nodes, tets and regions, in local numbers,
+/// without sets.
+TetMesh local_mesh(const PartitionedMesh& share, const TetMesh& whole);
+
+/// The values of the whole mesh's nodes, in its order, on every rank, from those of each rank's own
+/// nodes. For meshes that fit on one. Collective.
+std::vector<Vector3> whole_values(const PartitionedMesh& share, std::span<const Vector3> local);
+
+/// PETSc's number of each node of the whole mesh, on every rank. Collective.
+std::vector<PetscInt> node_numbers(const PartitionedMesh& share);
+
+/// Whether it is so on any rank. Collective.
+bool on_any_rank(const PartitionedMesh& share, bool here);
+
+/// What each local node has of a whole mesh's values.
+template <class T>
+std::vector<T> local_part(const PartitionedMesh& share, std::span<const T> of_whole) {
+    std::vector<T> local;
+    local.reserve(share.nodes.size());
+    for (const std::int32_t n : share.nodes) local.push_back(of_whole[n]);
+    return local;
+}
+
+/// The values of this rank's own nodes, and of its ghosts behind them: from their owners.
+/// Collective.
+template <class T>
+std::vector<T> with_ghosts(const PartitionedMesh& share, std::span<const T> of_owned) {
+    std::vector<T> local(of_owned.begin(), of_owned.begin() + share.owned);
+    if (share.ranks == 1) return local;
+    const std::vector<T> ghosts = SharedRows(share.comm, static_cast<std::size_t>(share.owned),
+                                             std::span(share.numbers).subspan(share.owned))
+                                      .from_owners(std::span<const T>(local));
+    local.insert(local.end(), ghosts.begin(), ghosts.end());
+    return local;
+}
+
 /// A vector of three components a node, with room for the ghosts' values behind the owned ones.
 PetscHandle<Vec> make_vector(const PartitionedMesh& share);
 
 /// Fetches the ghosts' values from their owners.
 void update_ghosts(Vec v);
 
-/// The nodes' values in the whole mesh's numbering, on every rank.
-std::vector<Vector3> gather(const PartitionedMesh& share, Vec v);
+/// The values of the local nodes; fetches the ghosts'. Collective.
+std::vector<Vector3> local_values(const PartitionedMesh& share, Vec v);
 /// The same into `values`, whose storage is used again.
-void gather(const PartitionedMesh& share, Vec v, std::vector<Vector3>& values);
+void local_values(const PartitionedMesh& share, Vec v, std::vector<Vector3>& values);
 
-/// Fills the owned part of `v` from values in the whole mesh's numbering.
-void fill(const PartitionedMesh& share, std::span<const Vector3> values, Vec v);
+/// Fills the owned part of `v` from values of the local nodes; those of ghosts are passed over.
+void set_values(const PartitionedMesh& share, std::span<const Vector3> values, Vec v);
 
 /// Read access to the owned and ghost values of a vector from make_vector, until the guard is
 /// destroyed.

@@ -1,13 +1,11 @@
 #pragma once
 
-#include <petscsf.h>
-
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "base/petsc.hpp"
 #include "base/row_range.hpp"
+#include "solvers/parallel/shared_rows.hpp"
 
 namespace livetet {
 
@@ -26,14 +24,17 @@ class RowBlocks {
     RowRange block() const { return block_; }
     /// `components` numbers for each row of this rank's block, from those of what each rank owns,
     /// in the order of `mine`. Collective.
-    std::vector<double> to_block(std::span<const double> of_mine, int components) const;
+    std::vector<double> to_block(std::span<const double> of_mine, int components) const {
+        return shared_.to_owners(of_mine, components);
+    }
     /// And back. Collective.
-    std::vector<double> from_block(std::span<const double> of_block, int components) const;
+    std::vector<double> from_block(std::span<const double> of_block, int components) const {
+        return shared_.from_owners(of_block, components);
+    }
 
   private:
-    PetscHandle<PetscSF> sf_;  ///< roots: rows of the block; leaves: `mine`
     RowRange block_;
-    std::size_t mine_;
+    SharedRows shared_;  ///< owned: the rows of the block; used: `mine`
 };
 
 }  // namespace livetet

@@ -138,13 +138,12 @@ BatchParts part_batches(std::span<const std::array<std::int32_t, 8>> cells, int 
 }
 
 template <class Real, int nodes>
-TetBatches<Real, nodes>::TetBatches(std::span<const TetElement> elements,
-                                    std::span<const Nodes> tets)
-    : TetBatches(elements, tets, part_batches(tets, 1, batch_width<Real>)) {}
+TetBatches<Real, nodes>::TetBatches(const ElementOf& element, std::span<const Nodes> tets)
+    : TetBatches(element, tets, part_batches(tets, 1, batch_width<Real>)) {}
 
 template <class Real, int nodes>
-TetBatches<Real, nodes>::TetBatches(std::span<const TetElement> elements,
-                                    std::span<const Nodes> tets, const BatchParts& parts)
+TetBatches<Real, nodes>::TetBatches(const ElementOf& element, std::span<const Nodes> tets,
+                                    const BatchParts& parts)
     : tet_of_lane_(parts.tet_of_lane), batches_(tet_of_lane_.size() / batch_width<Real>) {
     std::int32_t last = 0;
     for (std::size_t k = 0; k < tet_of_lane_.size(); ++k) {
@@ -152,12 +151,13 @@ TetBatches<Real, nodes>::TetBatches(std::span<const TetElement> elements,
         const std::size_t lane = k % batch_width<Real>;
         const bool empty = tet_of_lane_[k] < 0;
         const std::int32_t e = empty ? last : tet_of_lane_[k];
-        const double volume = empty ? 0 : elements[e].volume;
+        const TetElement of_tet = element(static_cast<std::size_t>(e));
+        const double volume = empty ? 0 : of_tet.volume;
         last = e;
         for (int m = 0; m < 9; ++m)
-            b.gradients[m][lane] = static_cast<Real>(elements[e].gradients(m % 3, 1 + m / 3));
-        b.lambda[lane] = static_cast<Real>(volume * elements[e].lambda);
-        b.mu[lane] = static_cast<Real>(volume * elements[e].mu);
+            b.gradients[m][lane] = static_cast<Real>(of_tet.gradients(m % 3, 1 + m / 3));
+        b.lambda[lane] = static_cast<Real>(volume * of_tet.lambda);
+        b.mu[lane] = static_cast<Real>(volume * of_tet.mu);
         for (int i = 0; i < nodes; ++i) b.offset[i][lane] = 3 * tets[e][i];
     }
 }

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -74,10 +75,11 @@ class TetBatches {
     /// Quadrature points of a tet.
     static constexpr int points = nodes == 8 ? 8 : nodes == 10 ? 4 : 1;
 
-    /// `tets[e]`: the nodes of `elements[e]`. One after the other, or as `parts` says.
-    TetBatches(std::span<const TetElement> elements, std::span<const Nodes> tets);
-    TetBatches(std::span<const TetElement> elements, std::span<const Nodes> tets,
-               const BatchParts& parts);
+    /// `element(e)`: of the tet with the nodes `tets[e]`; a list of all would take more than the
+    /// batches do. One after the other, or as `parts` says.
+    using ElementOf = std::function<TetElement(std::size_t)>;
+    TetBatches(const ElementOf& element, std::span<const Nodes> tets);
+    TetBatches(const ElementOf& element, std::span<const Nodes> tets, const BatchParts& parts);
 
     /// The tet in a lane, or -1.
     std::int32_t tet_at(std::size_t batch, std::size_t lane) const {

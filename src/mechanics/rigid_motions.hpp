@@ -24,6 +24,8 @@ class RigidMotionConstraints {
     /// Sum over the constrained components of (motion there)^2, of motions t + w x (x - centre) /
     /// size as (t, w).
     const Matrix6& gram() const { return gram_; }
+    /// In its place, as from a sum over parts of the body.
+    void set_gram(const Matrix6& gram) { gram_ = gram; }
     /// Whether all six are prevented, with a margin that accepts a patch of 1/100 of the body's
     /// extent.
     bool constrains_all() const;

@@ -286,6 +286,7 @@ void with_study(const Use& use) {
 /// A checkpoint and a frame of a run, in the folder of its result's parts.
 const CheckpointStore& checkpoints() {
     static const CheckpointStore store(folder() / "run.h5", "a run",
+                                       testing_meshes::cube().nodes.size(),
                                        testing_meshes::cube().tets.size());
     return store;
 }

@@ -8,6 +8,8 @@
 
 #include "apps/commands/last_displacement.hpp"
 #include "io/hierarchy_file.hpp"
+#include "io/points_csv.hpp"
+#include "io/result_file.hpp"
 #include "support/mpirun.hpp"
 #include "support/program.hpp"
 #include "support/shapes.hpp"
@@ -74,6 +76,91 @@ TEST(Ranks, OneThreeAndEightAgreeTo1em8InEveryForm) {
             else
                 EXPECT_LT(apart(of_one, u), 1e-8) << name << " on " << ranks << " ranks";
         }
+    }
+}
+
+/// The last three numbers of each line but the first.
+std::vector<double> last_columns(const std::string& csv) {
+    std::vector<double> numbers;
+    std::istringstream lines(csv);
+    std::string line;
+    std::getline(lines, line);
+    while (std::getline(lines, line)) {
+        std::vector<std::string> columns;
+        std::istringstream row(line);
+        for (std::string column; std::getline(row, column, ',');) columns.push_back(column);
+        for (auto c = columns.end() - 3; c != columns.end(); ++c) numbers.push_back(std::stod(*c));
+    }
+    EXPECT_EQ(numbers.size(), 9u) << csv;
+    return numbers;
+}
+
+/// Loads, soft supports, their forces, fields and probes, each from the rank that has the nodes.
+TEST(Ranks, OneThreeAndEightWriteTheSame) {
+    const Folder folder;
+    write_beam(folder);
+    write_points_csv(folder / "points.csv",
+                     std::vector<NamedPoint>{{"Inside", {0.111, 0.052, 0.043}},
+                                             {"Corner", {0.2, 0.1, 0.1}},
+                                             {"Outside", {0.1, 0.05, 0.1005}}});
+    const std::string scene =
+        "mesh: {file: beam.h5}\nmaterials: [{young_Pa: 5000, poisson: 0.45}]\n"
+        "fix: [{half_space_mm: [1, 0, 0, 1, 0, 0], stiffness_N_per_m: 2000}]\n"
+        "drive: [{sphere_mm: [100, 50, 100, 25], where: surface, displacement_mm: [0, 2, -8]}]\n"
+        "loads: [{half_space_mm: [199, 0, 0, -1, 0, 0], pressure_Pa: 20}, "
+        "{sphere_mm: [150, 50, 0, 30], force_N: [0.02, 0, 0.01]}]\n"
+        "gravity_m_per_s2: [0, 0, -2]\noutput: {fields: [reactions, von_mises]}\n"
+        "probes: {points: points.csv, displacements: moved.csv}\n"
+        "solver: {newton_tolerance: 1e-11, relative_tolerance: 1e-7}\n";
+    for (const char* elements : {"P1", "P2"}) {
+        write_text(folder / "scene.yaml", scene + "elements: " + elements + "\n");
+        std::vector<double> of_one;
+        for (const int ranks : {1, 3, 8}) {
+            const auto outcome =
+                livetet(folder, "solve scene.yaml --json told.json", mpirun(ranks));
+            ASSERT_EQ(outcome.status, 0) << outcome.err;
+            std::vector<double> written;
+            const auto told = nlohmann::json::parse(text_of(folder / "told.json"));
+            for (const char* set : {"fix[0]", "drive[0]"})
+                for (const auto& number : told["reactions_N"][set])
+                    written.push_back(number.get<double>());
+            const ResultReader result(folder / "result.h5");
+            for (const auto& [field, components] :
+                 {std::pair{"reactions", 3}, std::pair{"von_mises", 1}})
+                for (const double number : result.field(field, 0, components))
+                    written.push_back(number);
+            for (const double u : last_columns(text_of(folder / "moved.csv"))) written.push_back(u);
+            EXPECT_EQ(told["nodes"], elements == std::string("P1") ? 396 : 2541);
+            if (ranks == 1) {
+                of_one = written;
+                continue;
+            }
+            ASSERT_EQ(written.size(), of_one.size());
+            for (std::size_t i = 0; i < written.size(); ++i)
+                EXPECT_NEAR(written[i], of_one[i], 1e-6 * (1 + std::abs(of_one[i])))
+                    << i << " on " << ranks << " ranks, " << elements;
+        }
+    }
+}
+
+/// Peak memory of the largest rank, less what the program takes for nothing, over its part of what
+/// one rank takes. Of whole meshes on every rank it was 2 on eight.
+TEST(Ranks, TheirMemoryFallsAsTheirNumberRises) {
+    const Folder folder;
+    write_beam(folder);
+    const auto peak_of = [&](int ranks, int refine) {
+        std::string scene = held_beam + pressed + "strain: linear\noutput: {file: none}\n";
+        scene.replace(scene.find("beam.h5"), 7, fmt::format("beam.h5, refine: {}", refine));
+        write_text(folder / "scene.yaml", scene);
+        EXPECT_EQ(livetet(folder, "solve scene.yaml --json told.json", mpirun(ranks)).status, 0);
+        const auto told = nlohmann::json::parse(text_of(folder / "told.json"));
+        return told["peak_bytes_most"].get<double>();
+    };
+    const double of_one = peak_of(1, 2) - peak_of(1, 0);
+    for (const int ranks : {2, 4, 8}) {
+        const double share = (peak_of(ranks, 2) - peak_of(ranks, 0)) * ranks / of_one;
+        std::printf("%d ranks: %.2f\n", ranks, share);
+        EXPECT_LT(share, 1.45) << ranks;
     }
 }
 

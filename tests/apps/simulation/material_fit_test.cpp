@@ -59,7 +59,8 @@ struct TwoMaterials {
     void measure() {
         SceneBody body = make_body(PETSC_COMM_SELF, scene, MeshHierarchy(hierarchy), Use::solve);
         SceneConstraints constraints(scene, body.mesh());
-        EXPECT_TRUE(run_scene(scene, body, constraints, {}).converged);
+        EXPECT_TRUE(run_scene(scene, *body.body, constraints, scene_forces(scene, body.mesh()), {})
+                        .converged);
         const std::vector<Vector3> u = body.body->displacement();
         std::vector<std::int32_t> surface = surface_nodes(body.mesh());
         std::erase_if(surface, [&](std::int32_t n) { return body.mesh().nodes[n].z() < 0.001; });

@@ -8,6 +8,7 @@
 #include "solvers/parallel/partition.hpp"
 #include "support/ranks.hpp"
 #include "support/shapes.hpp"
+#include "support/whole_mesh.hpp"
 
 namespace livetet {
 namespace {
@@ -50,9 +51,9 @@ class BlockMatrixTest : public testing::TestWithParam<MatrixLayout> {
     }
     std::vector<Vector3> multiply(const BlockMatrix& matrix, const std::vector<Vector3>& x) const {
         const PetscHandle<Vec> in = make_vector(mesh), out = make_vector(mesh);
-        fill(mesh, x, in.get());
+        test::fill(mesh, x, in.get());
         LIVETET_PETSC(MatMult(matrix.get(), in.get(), out.get()));
-        return gather(mesh, out.get());
+        return test::gather(mesh, out.get());
     }
     std::vector<Vector3> wave() const {
         std::vector<Vector3> x;

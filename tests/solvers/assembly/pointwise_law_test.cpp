@@ -8,6 +8,7 @@
 
 #include "mechanics/materials/registry.hpp"
 #include "mesh/quadratic.hpp"
+#include "support/element_of.hpp"
 #include "support/shapes.hpp"
 
 namespace livetet {
@@ -54,11 +55,11 @@ void compare_with_lanes(const ConstitutiveModel& model) {
         }
     u.push_back(0);
     v.push_back(0);
-    const TetBatches<float, nodes> batches(elements, tets);
+    const TetBatches<float, nodes> batches(test::element_of(elements), tets);
     std::vector<RotationBatch<float>> rotations(batches.points * batches.all().end);
     update_rotations(batches, batches.all(), std::span<const float>(u), std::span(rotations));
     for (TetElement& e : elements) e.lambda = 3;  // the volumes of the mixed form, times 3 Pa
-    const TetBatches<float, nodes> of_mixed(elements, tets);
+    const TetBatches<float, nodes> of_mixed(test::element_of(elements), tets);
     const BatchLaw& lanes = model.is_hooke_by_rotation() ? hooke_law() : *model.batch_law();
     const PointwiseLaw points(PointwiseModels(moduli, region));
     std::vector<float> f[2], g[2];

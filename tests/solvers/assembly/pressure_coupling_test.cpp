@@ -8,6 +8,7 @@
 #include "solvers/parallel/partition.hpp"
 #include "support/ranks.hpp"
 #include "support/shapes.hpp"
+#include "support/whole_mesh.hpp"
 
 namespace livetet {
 namespace {
@@ -32,7 +33,7 @@ class PressureCouplingTest : public testing::TestWithParam<CoupledModel> {
             std::span(&material, 1), GetParam().model, Formulation::mixed, MatrixLayout::blocks);
         std::vector<std::uint8_t> held(whole.nodes.size(), 0);
         for (std::size_t n = 0; n < held.size(); ++n) held[n] = whole.nodes[n].x() < 1e-9 ? 5 : 0;
-        level->set_constrained(held);
+        level->set_constrained(local_part<std::uint8_t>(level->share(), held));
         rotations = level->make_rotations();
         coupling.emplace(*level);
         for (PetscHandle<Vec>* v : {&u, &w}) *v = make_vector(level->share());
@@ -40,7 +41,7 @@ class PressureCouplingTest : public testing::TestWithParam<CoupledModel> {
         std::vector<Vector3> bent;
         for (const Vector3& x : whole.nodes)
             bent.push_back(x.x() * Vector3(0.1, -x.x(), 2 * x.x() + x.y()));
-        fill(level->share(), bent, u.get());
+        test::fill(level->share(), bent, u.get());
         update_ghosts(u.get());
         set_wave(p.get(), 30);
         set_wave(q.get(), 20);

@@ -22,7 +22,7 @@ std::string solver_of(const std::array<int, 3>& cells, SolverKind kind) {
                                            {materials, "linear"}, {.kind = kind});
     std::vector<std::uint8_t> held(hierarchy.levels.front().nodes.size(), 0);
     held.front() = held[1] = held[2] = 7;
-    solver->set_constrained(held);
+    solver->set_constrained(local_part<std::uint8_t>(solver->fine().share(), held));
     const PetscHandle<Vec> u = make_vector(solver->fine().share());
     LIVETET_PETSC(VecSet(u.get(), 0));
     solver->assemble({.u = u.get()}, {});

@@ -17,6 +17,7 @@
 #include "support/cycles.hpp"
 #include "support/hex_grids.hpp"
 #include "support/ranks.hpp"
+#include "support/whole_mesh.hpp"
 
 namespace livetet {
 namespace {
@@ -161,7 +162,7 @@ class GridCycleTest : public testing::Test {
         std::vector<Vector3> bent;
         for (const Vector3& x : mesh.nodes)
             bent.push_back({0.3 * x.x() * x.y(), x.x() * x.z(), -2 * x.x() * x.x()});
-        fill(levels[0]->share(), bent, u.get());
+        test::fill(levels[0]->share(), bent, u.get());
         rotations = levels[0]->make_rotations();
         levels[0]->update_rotations(u.get(), rotations);
         (void)cycle->update(rotations, 1.2, 3e4);

@@ -14,6 +14,7 @@
 #include "solvers/nonlinear/deformable_body.hpp"
 #include "support/hex_grids.hpp"
 #include "support/ranks.hpp"
+#include "support/whole_mesh.hpp"
 
 namespace livetet {
 namespace {
@@ -89,10 +90,10 @@ TEST(HexSolver, TangentIsTheDerivativeOfTheForces) {
             const auto force = [&](double step) {
                 std::vector<Vector3> moved = u;
                 for (std::size_t n = 0; n < nodes; ++n) moved[n] += step * v[n];
-                fill(level.share(), moved, at.get());
+                test::fill(level.share(), moved, at.get());
                 level.update_rotations(at.get(), rotations);
                 level.elastic_force({.u = at.get(), .rotations = &rotations}, f.get());
-                return gather(level.share(), f.get());
+                return test::gather(level.share(), f.get());
             };
             constexpr double h = 1e-7;
             const auto plus = force(h), minus = force(-h);

@@ -8,6 +8,7 @@
 #include "solvers/parallel/partition.hpp"
 #include "support/ranks.hpp"
 #include "support/shapes.hpp"
+#include "support/whole_mesh.hpp"
 
 namespace livetet {
 namespace {
@@ -37,7 +38,7 @@ class LinearSolverTest : public testing::TestWithParam<Kind> {
         for (const std::int32_t n :
              test::nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }))
             held[n] = 7;
-        solver->set_constrained(held);
+        solver->set_constrained(local_part<std::uint8_t>(solver->fine().share(), held));
         const PartitionedMesh& share = solver->fine().share();
         u = make_vector(share);
         std::vector<Vector3> bent, force;
@@ -45,13 +46,13 @@ class LinearSolverTest : public testing::TestWithParam<Kind> {
             bent.push_back({0, 0, -2 * x.x() * x.x()});
             force.push_back(x.x() < 1e-9 ? Vector3::Zero() : Vector3(0.1, 0, -0.2 - x.y()));
         }
-        fill(share, bent, u.get());
+        test::fill(share, bent, u.get());
         update_ghosts(u.get());
         rotations = solver->fine().make_rotations();
         solver->update_rotations(u.get(), rotations);
         b = make_vector(share);
         x = make_vector(share);
-        fill(share, force, b.get());
+        test::fill(share, force, b.get());
         if (!solver->is_mixed()) return;
         const PressureSpace& space = *solver->fine().pressure_space();
         for (PetscHandle<Vec>* v : {&p, &b_p, &x_p}) {

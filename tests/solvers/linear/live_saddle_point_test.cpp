@@ -11,6 +11,7 @@
 #include "support/beam_press.hpp"
 #include "support/ranks.hpp"
 #include "support/shapes.hpp"
+#include "support/whole_mesh.hpp"
 
 namespace livetet {
 namespace {
@@ -119,7 +120,7 @@ TEST_P(LiveMixed, ProductsAreThoseOfTheAssembledMatrix) {
         solver->find_mass();
         const PetscHandle<Vec> u = make_vector(solver->fine().share()),
                                p = make_vector(*solver->fine().pressure_space());
-        fill(solver->fine().share(), bent, u.get());
+        test::fill(solver->fine().share(), bent, u.get());
         {
             WriteArray pressures(p.get());
             for (std::size_t i = 0; i < pressures.span().size(); ++i)
@@ -174,8 +175,8 @@ TEST_P(LiveMixed, ProductsOfPrescribedMotionsAreThoseOfAllTets) {
                                of_some = make_vector(fine.share());
         PetscHandle<Vec> p;
         if (fine.pressure_space()) p = make_vector(*fine.pressure_space());
-        fill(fine.share(), bent, u.get());
-        fill(fine.share(), moved, v.get());
+        test::fill(fine.share(), bent, u.get());
+        test::fill(fine.share(), moved, v.get());
         ElementRotations rotations = fine.make_rotations();
         solver->update_rotations(u.get(), rotations);
         const Configuration at{u.get(), p.get(), &rotations};

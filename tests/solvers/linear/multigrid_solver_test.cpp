@@ -5,6 +5,7 @@
 #include "solvers/parallel/partition.hpp"
 #include "support/ranks.hpp"
 #include "support/shapes.hpp"
+#include "support/whole_mesh.hpp"
 
 namespace livetet {
 namespace {
@@ -31,11 +32,11 @@ struct Beam {
             held[n] = 7;
             force[n].setZero();
         }
-        solver->set_constrained(held);
+        solver->set_constrained(local_part<std::uint8_t>(solver->fine().share(), held));
         const PartitionedMesh& share = solver->fine().share();
         for (PetscHandle<Vec>* v : {&u, &b, &x}) *v = make_vector(share);
         LIVETET_PETSC(VecSet(u.get(), 0));
-        fill(share, force, b.get());
+        test::fill(share, force, b.get());
         rotations = solver->fine().make_rotations();
     }
     LinearReport solve() {
@@ -43,7 +44,7 @@ struct Beam {
         solver->set_up_preconditioner();
         return solver->solve(b.get(), nullptr, x.get(), nullptr, {.relative_tolerance = 1e-8}, {});
     }
-    std::vector<Vector3> answer() { return gather(solver->fine().share(), x.get()); }
+    std::vector<Vector3> answer() { return test::gather(solver->fine().share(), x.get()); }
 
     MeshHierarchy hierarchy;
     std::vector<std::vector<std::int32_t>> parts;

@@ -12,6 +12,7 @@
 #include "support/cycles.hpp"
 #include "support/ranks.hpp"
 #include "support/shapes.hpp"
+#include "support/whole_mesh.hpp"
 
 namespace livetet {
 namespace {
@@ -47,7 +48,7 @@ class QuadraticCycleTest : public testing::TestWithParam<const char*> {
         for (const Vector3& x : hierarchy.levels.front().nodes)
             values.push_back(
                 drawn * x + bent * Vector3(0.3 * x.x() * x.y(), x.x() * x.z(), -2 * x.x() * x.x()));
-        fill(plain->share(), values, u.get());
+        test::fill(plain->share(), values, u.get());
         rotations = levels[0]->make_rotations();
         levels[0]->update_rotations(u.get(), rotations);
     }

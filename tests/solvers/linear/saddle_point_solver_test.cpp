@@ -9,6 +9,7 @@
 #include "support/petsc_options.hpp"
 #include "support/ranks.hpp"
 #include "support/shapes.hpp"
+#include "support/whole_mesh.hpp"
 
 namespace livetet {
 namespace {
@@ -41,14 +42,14 @@ class SaddlePoint : public testing::Test {
             bent.push_back({0, 0, -2 * x.x() * x.x()});
             force.push_back(held.back() ? Vector3::Zero() : Vector3(0.1, 0, -0.2 - x.y()));
         }
-        s.solver->set_constrained(held);
+        s.solver->set_constrained(local_part<std::uint8_t>(s.solver->fine().share(), held));
         const PartitionedMesh& share = s.solver->fine().share();
         const PressureSpace& space = *s.solver->fine().pressure_space();
         for (PetscHandle<Vec>* v : {&s.u, &s.b_u, &s.x_u}) *v = make_vector(share);
         for (PetscHandle<Vec>* v : {&s.p, &s.b_p, &s.x_p}) *v = make_vector(space);
-        fill(share, bent, s.u.get());
+        test::fill(share, bent, s.u.get());
         update_ghosts(s.u.get());
-        fill(share, force, s.b_u.get());
+        test::fill(share, force, s.b_u.get());
         {
             WriteArray values(s.b_p.get());
             for (std::size_t i = 0; i < values.span().size(); ++i)

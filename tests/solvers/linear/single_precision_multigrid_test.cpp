@@ -8,6 +8,7 @@
 
 #include "support/ranks.hpp"
 #include "support/shapes.hpp"
+#include "support/whole_mesh.hpp"
 
 namespace livetet {
 namespace {
@@ -33,7 +34,7 @@ class SinglePrecisionMultigridTest : public testing::Test {
         std::vector<Vector3> bent;
         for (const Vector3& x : hierarchy.levels.front().nodes)
             bent.push_back({0, x.x() * x.z(), -2 * x.x() * x.x()});
-        fill(plain->share(), bent, u.get());
+        test::fill(plain->share(), bent, u.get());
         rotations = levels.front()->make_rotations();
         levels.front()->update_rotations(u.get(), rotations);
         multigrid = std::make_unique<SinglePrecisionMultigrid>(
@@ -115,7 +116,7 @@ TEST_F(SinglePrecisionMultigridTest, TwoHalfRenewalsMakeAWholeOne) {
     std::vector<Vector3> more;
     for (const Vector3& x : hierarchy.levels.front().nodes)
         more.push_back({0, 2 * x.x() * x.z(), -3 * x.x() * x.x()});
-    fill(plain->share(), more, u.get());
+    test::fill(plain->share(), more, u.get());
     levels.front()->update_rotations(u.get(), rotations);
     const Eigen::VectorXd x = wave(0.7), old = times(x);
     EXPECT_EQ(multigrid->update(rotations, 1, 0, RenewalExtent::half), RenewalExtent::half);

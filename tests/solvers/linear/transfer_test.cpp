@@ -3,14 +3,44 @@
 #include <gtest/gtest.h>
 
 #include <numeric>
+#include <optional>
 
 #include "mechanics/rigid_motions.hpp"
 #include "meshing/refine.hpp"
+#include "solvers/linear/coarse_body.hpp"
 #include "solvers/parallel/partition.hpp"
 #include "support/shapes.hpp"
+#include "support/whole_mesh.hpp"
 
 namespace livetet {
 namespace {
+
+/// Two levels on all ranks, and what of the coarse one is constrained.
+struct TwoLevels {
+    explicit TwoLevels(std::vector<TetMesh> meshes)
+        : hierarchy(make_hierarchy(std::move(meshes), "")) {
+        const auto parts = partition_levels(PETSC_COMM_WORLD, hierarchy, Partitioner::metis);
+        for (std::size_t l = 0; l < 2; ++l)
+            shares.push_back(distribute_mesh(PETSC_COMM_WORLD, hierarchy.levels[l], parts[l]));
+        rows.emplace(shares[0], shares[1], hierarchy.transfers[0]);
+        body.emplace(hierarchy.levels[1], hierarchy.levels[0], hierarchy.transfers[0], shares[1]);
+    }
+    const TetMesh& fine() const { return hierarchy.levels[0]; }
+    const TetMesh& coarse() const { return hierarchy.levels[1]; }
+    /// Of the whole coarse mesh, for those of the whole fine mesh.
+    std::vector<std::uint8_t> constrained(const std::vector<std::uint8_t>& held) const {
+        const auto own = body->constrained(*rows, local_part<std::uint8_t>(shares[0], held));
+        std::vector<std::uint8_t> whole(coarse().nodes.size(), 0);
+        for (std::size_t i = 0; i < own.size(); ++i) whole[shares[1].nodes[i]] = own[i];
+        MPI_Allreduce(MPI_IN_PLACE, whole.data(), static_cast<int>(whole.size()), MPI_UINT8_T,
+                      MPI_MAX, PETSC_COMM_WORLD);
+        return whole;
+    }
+    MeshHierarchy hierarchy;
+    std::vector<PartitionedMesh> shares;
+    std::optional<TransferRows> rows;
+    std::optional<CoarseBody> body;
+};
 
 double total(const std::vector<double>& volumes) {
     return std::accumulate(volumes.begin(), volumes.end(), 0.0);
@@ -65,29 +95,29 @@ TEST(Transfer, LinearFieldsGoDownAndConstantsUp) {
         return Vector3(0.1 + x.y() - 2 * x.z(), 3 * x.x(), x.sum());
     };
     for (std::size_t l = 0; l + 1 < h.levels.size(); ++l) {
-        Transfer transfer(shares[l], shares[l + 1], h.transfers[l]);
-        transfer.set_constrained(shares[l], shares[l + 1],
-                                 std::vector<std::uint8_t>(h.levels[l].nodes.size(), 0),
-                                 std::vector<std::uint8_t>(h.levels[l + 1].nodes.size(), 0));
+        const TransferRows rows(shares[l], shares[l + 1], h.transfers[l]);
+        Transfer transfer(shares[l], shares[l + 1], rows);
+        transfer.set_constrained(shares[l], std::vector<std::uint8_t>(shares[l].owned, 0),
+                                 std::vector<std::uint8_t>(shares[l + 1].owned, 0));
         const PetscHandle<Vec> fine = make_vector(shares[l]), coarse = make_vector(shares[l + 1]);
         std::vector<Vector3> values;
         for (const Vector3& x : h.levels[l + 1].nodes) values.push_back(linear(x));
-        fill(shares[l + 1], values, coarse.get());
+        test::fill(shares[l + 1], values, coarse.get());
         LIVETET_PETSC(MatMult(transfer.interpolation(), coarse.get(), fine.get()));
-        const std::vector<Vector3> found = gather(shares[l], fine.get());
+        const std::vector<Vector3> found = test::gather(shares[l], fine.get());
         for (std::size_t n = 0; n < found.size(); ++n)
             EXPECT_LT((found[n] - linear(h.levels[l].nodes[n])).norm(), 1e-12) << n;
-        fill(shares[l], std::vector<Vector3>(h.levels[l].nodes.size(), Vector3(1, -2, 3)),
-             fine.get());
+        test::fill(shares[l], std::vector<Vector3>(h.levels[l].nodes.size(), Vector3(1, -2, 3)),
+                   fine.get());
         transfer.restrict_displacement(fine.get(), coarse.get());
-        for (const Vector3& u : gather(shares[l + 1], coarse.get()))
+        for (const Vector3& u : test::gather(shares[l + 1], coarse.get()))
             EXPECT_LT((u - Vector3(1, -2, 3)).norm(), 1e-12);
     }
 }
 
 /// Two blocks apart from each other, one held at a face, the other by a patch that is small on the
 /// coarse mesh.
-TEST(CoarseComponents, EachPieceThatTheFineNodesHoldIsHeld) {
+TEST(CoarseBody, EachPieceThatTheFineNodesHoldIsHeld) {
     const auto two_blocks = [](std::array<int, 3> cells) {
         TetMesh mesh = test::block(cells, test::beam_size);
         const TetMesh other = mesh;
@@ -99,68 +129,50 @@ TEST(CoarseComponents, EachPieceThatTheFineNodesHoldIsHeld) {
         }
         return mesh;
     };
-    const MeshHierarchy h = make_hierarchy({two_blocks({16, 8, 8}), two_blocks({2, 1, 1})}, "");
+    const TwoLevels levels({two_blocks({16, 8, 8}), two_blocks({2, 1, 1})});
     const auto held_by = [&](double radius_m) {
         std::vector<std::uint8_t> held;
-        for (const Vector3& x : h.levels[0].nodes)
+        for (const Vector3& x : levels.fine().nodes)
             held.push_back(x.x() < 1e-9 || (x - Vector3(0.56, 0.04, 0)).norm() < radius_m ? 7 : 0);
         return held;
     };
-    const CoarseBody coarse(h.levels[1], h.levels[0], h.transfers[0]);
     for (const double radius_m : {0.014, 0.02, 0.04}) {
-        ASSERT_TRUE(free_rigid_motions(h.levels[0], held_by(radius_m)).empty()) << radius_m;
-        EXPECT_TRUE(free_rigid_motions(h.levels[1],
-                                       coarse_components(h.transfers[0], held_by(radius_m), coarse))
-                        .empty())
+        ASSERT_TRUE(free_rigid_motions(levels.fine(), held_by(radius_m)).empty()) << radius_m;
+        EXPECT_TRUE(
+            free_rigid_motions(levels.coarse(), levels.constrained(held_by(radius_m))).empty())
             << radius_m;
     }
     // What is free in the fine mesh is free in the coarse one.
-    const auto none = coarse_components(h.transfers[0], held_by(0), coarse),
-               face = coarse_components(h.transfers[0], held_by(0.04), coarse);
+    const auto none = levels.constrained(held_by(0)), face = levels.constrained(held_by(0.04));
     const std::size_t half = none.size() / 2;
     for (std::size_t n = 0; n < none.size(); ++n) {
         if (n >= half) {
             EXPECT_EQ(none[n], 0) << n;
         } else {
             EXPECT_EQ(none[n], face[n]) << n;
-            EXPECT_EQ(none[n], h.levels[1].nodes[n].x() < 1e-9 ? 7 : 0) << n;
+            EXPECT_EQ(none[n], levels.coarse().nodes[n].x() < 1e-9 ? 7 : 0) << n;
         }
     }
 }
 
 /// A block whose middle the coarse mesh lacks: two pieces of it, the far one without a held node.
-TEST(CoarseComponents, APieceThatOnlyTheFineMeshJoinsToWhatIsHeldIsHeld) {
-    const TetMesh fine = test::block({12, 4, 4}, {0.3, 0.1, 0.1});
+TEST(CoarseBody, APieceThatOnlyTheFineMeshJoinsToWhatIsHeldIsHeld) {
     TetMesh coarse = test::block({6, 2, 2}, {0.3, 0.1, 0.1});
     std::erase_if(coarse.tets, [&](const Tet& t) {
         return std::any_of(t.begin(), t.end(), [&](std::int32_t n) {
             return std::abs(coarse.nodes[n].x() - 0.15) < 0.01;
         });
     });
-    std::vector<std::int32_t> number(coarse.nodes.size(), -1);  // without the nodes that no tet has
-    for (const Tet& t : coarse.tets)
-        for (const std::int32_t n : t) number[n] = 0;
-    std::vector<Vector3> kept;
-    for (std::size_t n = 0; n < number.size(); ++n)
-        if (number[n] == 0) {
-            number[n] = static_cast<std::int32_t>(kept.size());
-            kept.push_back(coarse.nodes[n]);
-        }
-    for (Tet& t : coarse.tets)
-        for (std::int32_t& n : t) n = number[n];
-    coarse.nodes = kept;
-    const MeshHierarchy h = make_hierarchy({fine, coarse}, "");
-    const CoarseBody body(h.levels[1], h.levels[0], h.transfers[0]);
-    ASSERT_EQ(body.pieces.size(), 2u);
-    std::vector<std::uint8_t> end, none(fine.nodes.size(), 0);
-    for (const Vector3& x : h.levels[0].nodes) end.push_back(x.x() < 1e-9 ? 7 : 0);
-    const auto held = coarse_components(h.transfers[0], end, body),
-               free = coarse_components(h.transfers[0], none, body);
-    EXPECT_TRUE(free_rigid_motions(h.levels[1], held).empty());
-    const auto beyond = [&](std::size_t n) { return h.levels[1].nodes[n].x() > 0.15; };
+    drop_unused_nodes(coarse);
+    const TwoLevels levels({test::block({12, 4, 4}, {0.3, 0.1, 0.1}), coarse});
+    ASSERT_EQ(levels.body->pieces().size(), 2u);
+    std::vector<std::uint8_t> end, none(levels.fine().nodes.size(), 0);
+    for (const Vector3& x : levels.fine().nodes) end.push_back(x.x() < 1e-9 ? 7 : 0);
+    const auto held = levels.constrained(end), free = levels.constrained(none);
+    EXPECT_TRUE(free_rigid_motions(levels.coarse(), held).empty());
     std::size_t pinned = 0;
     for (std::size_t n = 0; n < held.size(); ++n) {
-        pinned += beyond(n) && held[n] != 0;
+        pinned += levels.coarse().nodes[n].x() > 0.15 && held[n] != 0;
         EXPECT_EQ(free[n], 0) << n;
     }
     EXPECT_EQ(pinned, 4u);

@@ -6,6 +6,7 @@
 #include "solvers/parallel/partition.hpp"
 #include "support/ranks.hpp"
 #include "support/shapes.hpp"
+#include "support/whole_mesh.hpp"
 
 namespace livetet {
 namespace {
@@ -33,7 +34,7 @@ std::vector<std::vector<std::int32_t>> partitions(const MeshHierarchy& hierarchy
 struct Case {
     MeshHierarchy hierarchy;
     std::vector<std::vector<std::int32_t>> parts;
-    DeformableBody body;
+    test::WholeBody body;
     Case(int levels, const ModelChoice& strain, const TimeOptions& time,
          const SolverOptions& options)
         : hierarchy(beam(levels)),
@@ -96,8 +97,8 @@ TEST(DeformableBody, ABarUnderItsWeightStretchesAsTheClosedForm) {
     const MeshHierarchy hierarchy = beam(1);
     const TetMesh& mesh = hierarchy.levels.front();
     const auto parts = partitions(hierarchy);
-    DeformableBody body({PETSC_COMM_WORLD, hierarchy, parts}, {cork, "linear"}, {},
-                        {.kind = SolverKind::direct});
+    test::WholeBody body({PETSC_COMM_WORLD, hierarchy, parts}, {cork, "linear"}, {},
+                         {.kind = SolverKind::direct});
     Constraints constraints(mesh.nodes.size());
     constraints.prescribe(nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }),
                           Vector3::Zero());
@@ -145,8 +146,8 @@ TEST(LevelAssembler, TheMatrixIsTheDerivativeOfTheForce) {
                     wave.push_back(
                         {std::sin(40 * x.x()), std::cos(30 * x.y()), std::sin(50 * x.z() + x.x())});
                 }
-                fill(level.share(), twist, u.get());
-                fill(level.share(), wave, v.get());
+                test::fill(level.share(), twist, u.get());
+                test::fill(level.share(), wave, v.get());
                 update_ghosts(u.get());
                 update_ghosts(v.get());
                 ElementRotations rotations = level.make_rotations();
@@ -224,8 +225,8 @@ TEST(DeformableBody, EverySolverGivesTheSameAnswer) {
 TEST(DeformableBody, OneRankAndManyAgree) {
     const auto many = pressed_with({.kind = SolverKind::multigrid}, 3);
     const MeshHierarchy hierarchy = beam(3);
-    DeformableBody alone({PETSC_COMM_SELF, hierarchy}, {soft, "corotated"}, {},
-                         {.kind = SolverKind::multigrid});
+    test::WholeBody alone({PETSC_COMM_SELF, hierarchy}, {soft, "corotated"}, {},
+                          {.kind = SolverKind::multigrid});
     alone.set_constraints(pressed(hierarchy.levels.front(), {0, 0.003, -0.012}));
     ASSERT_TRUE(alone.solve(0, to_equilibrium).converged);
     EXPECT_LT(largest_difference(many, alone.displacement()), 1e-8 * 0.012);
@@ -239,10 +240,11 @@ TEST(DeformableBody, RanksWithoutTetsTakePart) {
     std::vector<std::vector<std::int32_t>> on_the_first;
     for (const TetMesh& level : hierarchy.levels) on_the_first.emplace_back(level.tets.size(), 0);
     for (const SolverKind kind : {SolverKind::multigrid, SolverKind::gamg}) {
-        DeformableBody many({PETSC_COMM_WORLD, hierarchy, on_the_first}, {soft, "corotated"}, {},
-                            {.kind = kind});
-        DeformableBody alone({PETSC_COMM_SELF, hierarchy}, {soft, "corotated"}, {}, {.kind = kind});
-        for (DeformableBody* body : {&many, &alone}) {
+        test::WholeBody many({PETSC_COMM_WORLD, hierarchy, on_the_first}, {soft, "corotated"}, {},
+                             {.kind = kind});
+        test::WholeBody alone({PETSC_COMM_SELF, hierarchy}, {soft, "corotated"}, {},
+                              {.kind = kind});
+        for (test::WholeBody* body : {&many, &alone}) {
             body->set_constraints(pressed(hierarchy.levels.front(), {0, 0.003, -0.012}));
             ASSERT_TRUE(body->solve(0, to_equilibrium).converged);
         }
@@ -260,11 +262,11 @@ TEST(DeformableBody, OneRankAndManyAgreeWithPressuresAndTenNodes) {
             const auto parts = partitions(hierarchy);
             const ElasticModel model{silicone, strain, Formulation::mixed};
             const Constraints press = pressed(hierarchy.levels.front(), {0, 0.002, -0.006});
-            DeformableBody many({PETSC_COMM_WORLD, hierarchy, parts}, model, {},
-                                {.kind = SolverKind::multigrid});
-            DeformableBody alone({PETSC_COMM_SELF, hierarchy}, model, {},
+            test::WholeBody many({PETSC_COMM_WORLD, hierarchy, parts}, model, {},
                                  {.kind = SolverKind::multigrid});
-            for (DeformableBody* body : {&many, &alone}) {
+            test::WholeBody alone({PETSC_COMM_SELF, hierarchy}, model, {},
+                                  {.kind = SolverKind::multigrid});
+            for (test::WholeBody* body : {&many, &alone}) {
                 body->set_constraints(press);
                 const StepReport report = body->solve(0, to_equilibrium);
                 ASSERT_TRUE(report.converged) << report.imbalance;
@@ -332,8 +334,8 @@ TEST(DeformableBody, AnAxialBarSwingsAtItsClosedFormFrequency) {
     const MeshHierarchy hierarchy = make_hierarchy({block({24, 2, 2}, test::beam_size)}, "bar");
     const TetMesh& mesh = hierarchy.levels.front();
     const auto parts = partitions(hierarchy);
-    DeformableBody body({PETSC_COMM_WORLD, hierarchy, parts}, {cork, "linear"},
-                        {.scheme = TimeScheme::newmark}, {.kind = SolverKind::direct});
+    test::WholeBody body({PETSC_COMM_WORLD, hierarchy, parts}, {cork, "linear"},
+                         {.scheme = TimeScheme::newmark}, {.kind = SolverKind::direct});
     Constraints constraints(mesh.nodes.size());
     constraints.prescribe(nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }),
                           Vector3::Zero());

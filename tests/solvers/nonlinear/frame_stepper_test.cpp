@@ -8,6 +8,7 @@
 #include "solvers/parallel/partition.hpp"
 #include "support/ranks.hpp"
 #include "support/shapes.hpp"
+#include "support/whole_mesh.hpp"
 
 namespace livetet {
 namespace {
@@ -38,6 +39,7 @@ class PressedBlock {
         });
     }
     void press(const Vector3& by) {
+        const PartitionedMesh& share = solver_->fine().share();
         Constraints constraints(mesh().nodes.size());
         constraints.prescribe(
             test::nodes_where(mesh(), [](const Vector3& x) { return x.x() < 1e-9; }),
@@ -45,9 +47,10 @@ class PressedBlock {
         constraints.prescribe(patch(), by);
         if (constrained_ != constraints.components) {
             constrained_ = constraints.components;
-            solver_->set_constrained(constrained_);
+            solver_->set_constrained(local_part<std::uint8_t>(share, constrained_));
             prescribed_.find_nodes();
         }
+        constraints.values = local_part<Vector3>(share, constraints.values);
         prescribed_.set_values(constraints);
     }
     StepReport frame(const FrameControls& controls) {
@@ -62,7 +65,7 @@ class PressedBlock {
         return report;
     }
     std::vector<Vector3> displacement() const {
-        return gather(solver_->fine().share(), state.u.get());
+        return test::gather(solver_->fine().share(), state.u.get());
     }
 
     BodyState state;

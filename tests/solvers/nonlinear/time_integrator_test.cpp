@@ -26,7 +26,7 @@ class Masses {
             std::span(&material, 1), "linear", Formulation::displacement, MatrixLayout::blocks);
         std::vector<std::uint8_t> held;
         for (const Vector3& x : mesh.nodes) held.push_back(x.x() < 1e-9 ? 7 : 0);
-        level_->set_constrained(held);
+        level_->set_constrained(local_part<std::uint8_t>(level_->share(), held));
         level_->find_mass();
         time.emplace(options, *level_, state, ThreadTeam::alone());
         balance_ = make_vector(level_->share());

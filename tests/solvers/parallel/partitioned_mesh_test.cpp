@@ -11,6 +11,7 @@
 #include "solvers/parallel/partition.hpp"
 #include "support/ranks.hpp"
 #include "support/shapes.hpp"
+#include "support/whole_mesh.hpp"
 
 namespace livetet {
 namespace {
@@ -35,12 +36,13 @@ TEST_P(PartitionedMeshTest, EveryNodeHasOneOwnerAndOneNumber) {
     MPI_Allreduce(MPI_IN_PLACE, owners.data(), static_cast<int>(owners.size()), MPI_INT, MPI_SUM,
                   PETSC_COMM_WORLD);
     EXPECT_TRUE(std::all_of(owners.begin(), owners.end(), [](int n) { return n == 1; }));
-    std::set<PetscInt> numbers(mesh.number_of_node.begin(), mesh.number_of_node.end());
+    const std::vector<PetscInt> number_of_node = node_numbers(mesh);
+    std::set<PetscInt> numbers(number_of_node.begin(), number_of_node.end());
     EXPECT_EQ(numbers.size(), whole.nodes.size());
     EXPECT_EQ(*numbers.begin(), 0);
     EXPECT_EQ(*numbers.rbegin(), static_cast<PetscInt>(whole.nodes.size()) - 1);
     for (std::size_t i = 0; i < mesh.nodes.size(); ++i)
-        EXPECT_EQ(mesh.numbers[i], mesh.number_of_node[mesh.nodes[i]]);
+        EXPECT_EQ(mesh.numbers[i], number_of_node[mesh.nodes[i]]);
     for (std::int32_t i = 1; i < mesh.owned; ++i)
         EXPECT_EQ(mesh.numbers[i], mesh.numbers[i - 1] + 1);
 }
@@ -62,7 +64,7 @@ TEST_P(PartitionedMeshTest, FieldsGoOutAndComeBack) {
     std::vector<Vector3> field;
     for (const Vector3& x : whole.nodes) field.push_back(Vector3(1, 2, 3).cross(x) + 2 * x);
     const PetscHandle<Vec> v = make_vector(mesh);
-    fill(mesh, field, v.get());
+    test::fill(mesh, field, v.get());
     update_ghosts(v.get());
     {
         const LocalValues values(v.get());
@@ -70,7 +72,28 @@ TEST_P(PartitionedMeshTest, FieldsGoOutAndComeBack) {
             for (int c = 0; c < 3; ++c)
                 EXPECT_EQ(values.data()[3 * i + c], field[mesh.nodes[i]][c]);
     }
-    EXPECT_EQ(gather(mesh, v.get()), field);
+    EXPECT_EQ(test::gather(mesh, v.get()), field);
+}
+
+/// Of its own mesh a rank finds what the whole mesh has at its own nodes.
+TEST_P(PartitionedMeshTest, ThePartOfARankIsAMeshOfItsOwn) {
+    for (std::size_t t = 0; t < whole.tets.size(); ++t)
+        whole.regions.push_back(static_cast<std::int32_t>(t % 3));
+    const TetMesh part = local_mesh(mesh, whole);
+    EXPECT_EQ(part.nodes.size(), mesh.nodes.size());
+    EXPECT_EQ(part.edge_nodes.size(), whole.edge_nodes.empty() ? 0 : part.tets.size());
+    for (std::size_t e = 0; e < part.tets.size(); ++e) {
+        EXPECT_EQ(part.regions[e], mesh.tet_ids[e] % 3);
+        EXPECT_EQ(part.nodes[part.tets[e][2]], whole.nodes[whole.tets[mesh.tet_ids[e]][2]]);
+    }
+    std::vector<double> volumes(whole.nodes.size(), 0), own(part.nodes.size(), 0);
+    for (const Tet& t : whole.tets)
+        for (const std::int32_t n : t) volumes[n] += signed_volume(whole, t);
+    for (const Tet& t : part.tets)
+        for (const std::int32_t n : t) own[n] += signed_volume(part, t);
+    const std::vector<double> local = with_ghosts<double>(mesh, own);
+    for (std::size_t i = 0; i < local.size(); ++i)
+        EXPECT_NEAR(local[i], volumes[mesh.nodes[i]], 1e-15) << i;
 }
 
 INSTANTIATE_TEST_SUITE_P(, PartitionedMeshTest, testing::Bool(),

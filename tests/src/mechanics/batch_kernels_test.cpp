@@ -8,6 +8,7 @@
 
 #include "mechanics/materials/corotated.hpp"
 #include "mechanics/rotation.hpp"
+#include "support/element_of.hpp"
 #include "support/p1_kernels.hpp"
 
 namespace livetet {
@@ -130,7 +131,8 @@ constexpr int counts[] = {0, 1, 3, 8, 37, 64, 149, 150};
 /// One part or three, so that empty lanes stand between tets too.
 template <class Real>
 TetBatches<Real> in_parts(const Soup& s) {
-    return {s.elements, s.tets, part_batches(s.tets, s.tets.size() % 2 ? 3 : 1, batch_width<Real>)};
+    return {test::element_of(s.elements), s.tets,
+            part_batches(s.tets, s.tets.size() % 2 ? 3 : 1, batch_width<Real>)};
 }
 
 TYPED_TEST(BatchKernels, RotationsAreThoseOfRotationOf) {
@@ -138,7 +140,7 @@ TYPED_TEST(BatchKernels, RotationsAreThoseOfRotationOf) {
         Soup s;
         for (int e = 0; e < count; ++e)
             s.add_stretched(Vector3d(1, 1, 1) + 0.2 * s.random_vector());
-        const TetBatches<TypeParam> batches(s.elements, s.tets);
+        const TetBatches<TypeParam> batches(test::element_of(s.elements), s.tets);
         const auto r = this->rotations(s, batches);
         for (int e = 0; e < count; ++e)
             EXPECT_LT((this->rotation(batches, r, e) - rotation_of(s.F(e))).norm(), 4 * this->eps)
@@ -158,7 +160,7 @@ TYPED_TEST(BatchKernels, RotationsOfFlatAndEvertedTetsAreThoseOfRotationOf) {
             s.add_stretched({1, 1, 1});
             gap.insert(gap.end(), {middle + least, 2.0});
         }
-    const TetBatches<TypeParam> batches(s.elements, s.tets);
+    const TetBatches<TypeParam> batches(test::element_of(s.elements), s.tets);
     const auto r = this->rotations(s, batches);
     for (std::size_t e = 0; e < s.tets.size(); ++e)
         EXPECT_LT((this->rotation(batches, r, e) - rotation_of(s.F(e))).norm(),
@@ -180,7 +182,7 @@ TYPED_TEST(BatchKernels, RotationsOfAnyTetsAreRotationsAndFitAsWell) {
          {Vector3d(1, 1, 0), Vector3d(1, 0, 0), Vector3d(0, 0, 0), Vector3d(1, 1, -1),
           Vector3d(1, 1e-7, 1e-7), Vector3d(1e-12, 1e-12, 1e-12), Vector3d(1e12, 1, 1)})
         s.add(sigma.asDiagonal());
-    const TetBatches<TypeParam> batches(s.elements, s.tets);
+    const TetBatches<TypeParam> batches(test::element_of(s.elements), s.tets);
     const auto r = this->rotations(s, batches);
     for (std::size_t e = 0; e < s.tets.size(); ++e) {
         const Matrix3d R = this->rotation(batches, r, e), F = s.F(e);
@@ -199,7 +201,7 @@ TYPED_TEST(BatchKernels, RotationsOfNonFiniteTetsAreTheIdentityAndHarmNoOther) {
     for (int e = 0; e < 5; ++e) s.add_stretched({1, 0.9, 1.2});
     s.u[3 * s.tets[1][2]] = std::numeric_limits<double>::infinity();
     s.u[3 * s.tets[3][0] + 1] = std::numeric_limits<double>::quiet_NaN();
-    const TetBatches<TypeParam> batches(s.elements, s.tets);
+    const TetBatches<TypeParam> batches(test::element_of(s.elements), s.tets);
     const auto r = this->rotations(s, batches);
     for (const int e : {0, 2, 4})
         EXPECT_LT((this->rotation(batches, r, e) - rotation_of(s.F(e))).norm(), 4 * this->eps);
@@ -226,7 +228,7 @@ TYPED_TEST(BatchKernels, ForcesAreThoseOfFirstPiola) {
 TYPED_TEST(BatchKernels, ARigidMotionMakesNoForce) {
     Soup s;
     for (int e = 0; e < 21; ++e) s.add(s.turn());
-    const TetBatches<TypeParam> batches(s.elements, s.tets);
+    const TetBatches<TypeParam> batches(test::element_of(s.elements), s.tets);
     std::vector<TypeParam> f(s.u.size());
     add_forces<TypeParam>(batches, batches.all(), this->rotations(s, batches), this->cast(s.u), f);
     for (const TypeParam x : f) EXPECT_NEAR(x, 0, 30 * this->eps);
@@ -338,7 +340,7 @@ TEST(BatchKernelsWithTurns, BlocksAreTheSecondDerivativeOfTheEnergy) {
 
 TYPED_TEST(BatchKernels, RangesAddUpToTheWhole) {
     const Soup s = shared_soup(261);
-    const TetBatches<TypeParam> batches(s.elements, s.tets);
+    const TetBatches<TypeParam> batches(test::element_of(s.elements), s.tets);
     const auto u = this->cast(s.u);
     const auto [begin, end] = batches.all();
     const BatchRange parts[] = {{begin, 2}, {2, 2}, {2, end}};

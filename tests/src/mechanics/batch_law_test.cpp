@@ -14,6 +14,7 @@
 #include "mechanics/materials/registry.hpp"
 #include "mechanics/rotation.hpp"
 #include "mesh/quadratic.hpp"
+#include "support/element_of.hpp"
 #include "support/hex_grids.hpp"
 #include "support/shapes.hpp"
 
@@ -155,7 +156,7 @@ Matrix3d product_at(const ConstitutiveModel& model, const BentBlock<nodes>& bloc
 template <int nodes>
 void compare(const ConstitutiveModel& model, const BatchLaw& law, double size) {
     const BentBlock<nodes> block(size);
-    const TetBatches<float, nodes> batches(block.elements, block.tets,
+    const TetBatches<float, nodes> batches(test::element_of(block.elements), block.tets,
                                            part_batches(block.tets, 2, batch_width<float>));
     const auto rotations = rotations_of(model, batches, block.u);
     const std::string what = fmt::format("{}, {} nodes", model.name(), nodes);
@@ -199,7 +200,7 @@ void compare_mixed(const ConstitutiveModel& model, const MixedLaw& law, double s
     BentBlock<nodes> block(size);
     constexpr double modulus = 2.5;  // the batches hold the volume times this instead of lambda
     for (TetElement& e : block.elements) e.lambda = modulus;
-    const TetBatches<float, nodes> batches(block.elements, block.tets,
+    const TetBatches<float, nodes> batches(test::element_of(block.elements), block.tets,
                                            part_batches(block.tets, 2, batch_width<float>));
     const auto rotations = rotations_of(model, batches, block.u);
     const std::size_t count = block.u.size() / 3;
@@ -270,7 +271,7 @@ TEST(BatchLaw, TheMixedFormIsThatOfTheModels) {
 template <int nodes>
 void compare_rotations(const Matrix3d& axes) {
     const BentBlock<nodes> block(0.3, axes);
-    const TetBatches<float, nodes> batches(block.elements, block.tets);
+    const TetBatches<float, nodes> batches(test::element_of(block.elements), block.tets);
     std::vector<RotationBatch<float>> one(batches.all().end);
     update_rotations(batches, batches.all(), std::span<const float>(block.u), std::span(one));
     for (std::size_t lane = 0; lane < block.tets.size(); ++lane) {

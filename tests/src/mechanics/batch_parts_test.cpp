@@ -7,6 +7,7 @@
 
 #include "base/thread_team.hpp"
 #include "mechanics/batch_kernels.hpp"
+#include "support/element_of.hpp"
 #include "support/shapes.hpp"
 
 namespace livetet {
@@ -123,7 +124,7 @@ TEST(PartBatches, TetsAreFoundInTheirLanes) {
     for (const Tet& t : mesh.tets)
         elements.push_back(make_element(
             {mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]}, 2, 3));
-    const TetBatches<float> batches(elements, mesh.tets, cut);
+    const TetBatches<float> batches(test::element_of(elements), mesh.tets, cut);
     int empty = 0;
     for (std::size_t k = 0; k < cut.tet_of_lane.size(); ++k) {
         const std::size_t batch = k / batch_width<float>, lane = k % batch_width<float>;
@@ -171,7 +172,7 @@ TYPED_TEST(PartsOnThreads, WorkedOnByThreadsAtOnceGiveWhatOneThreadGives) {
     u.push_back(0);  // kernels of floats read one number behind the last
     const BatchParts cut = part_batches(block.mesh.tets, 6, batch_width<Real>);
     ASSERT_GT(cut.rounds.size(), 2);
-    const TetBatches<Real> batches(block.elements, block.mesh.tets, cut);
+    const TetBatches<Real> batches(test::element_of(block.elements), block.mesh.tets, cut);
     for (const int threads : {2, 3}) {
         ThreadTeam team(threads);
         auto rotations = batches.make_rotations();

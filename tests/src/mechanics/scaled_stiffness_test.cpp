@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 #include <random>
 
+#include "support/element_of.hpp"
 #include "support/p1_kernels.hpp"
 #include "support/shapes.hpp"
 
@@ -37,7 +38,7 @@ class ScaledStiffnessOf : public testing::TestWithParam<int> {};
 
 TEST_P(ScaledStiffnessOf, PartsIsTheAssembledStiffness) {
     const Setting s(GetParam());
-    const TetBatches<float> batches(s.elements, s.mesh.tets, s.parts);
+    const TetBatches<float> batches(test::element_of(s.elements), s.mesh.tets, s.parts);
     auto rotations = batches.make_rotations();
     update_rotations<float>(batches, batches.all(), s.u, rotations);
     const std::size_t nodes = s.mesh.nodes.size();
@@ -109,7 +110,7 @@ std::vector<float> numbers_of(ScaledStiffness& Q) {
 
 TEST_P(ScaledStiffnessOf, PartsIsRenewedByHalves) {
     Setting s(GetParam());
-    const TetBatches<float> batches(s.elements, s.mesh.tets, s.parts);
+    const TetBatches<float> batches(test::element_of(s.elements), s.mesh.tets, s.parts);
     auto rotations = batches.make_rotations();
     ScaledStiffness Q(s.elements, s.mesh.tets, s.parts, s.mesh.nodes.size());
     const auto renew = [&](Renewal renewal) {
