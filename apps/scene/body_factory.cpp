@@ -486,10 +486,7 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, 
     if (scene_body.body->linear_solver().kind() != SolverKind::live)
         for (std::size_t l = 1; l < used.levels.size(); ++l)
             used.levels[l] = {};  // the body has its own part of them
-    if (ranks > 1) {
-        used.transfers = {};
-        give_back_memory();
-    }
+    if (ranks > 1) give_back_memory();
     return scene_body;
 }
 

@@ -9,12 +9,12 @@
 
 namespace livetet {
 
-/// A coarse level as `coarse_components` needs it: places of its nodes, and its connected pieces.
+/// Finds what is constrained on a coarse level: it knows the level's nodes and connected pieces.
 /// Arrays are of this rank's own nodes; pieces are the same on all ranks.
 class CoarseBody {
   public:
-    /// `coarse`, `fine`: whole meshes; `fine_in_coarse` places the nodes of
-    /// one in the other. None is kept.
+    /// `coarse`, `fine`: whole meshes; `fine_in_coarse` places the nodes of the fine one in the
+    /// coarse one. None is kept.
     CoarseBody(const TetMesh& coarse, const TetMesh& fine, const BarycentricMap& fine_in_coarse,
                const PartitionedMesh& share);
 

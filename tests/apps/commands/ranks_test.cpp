@@ -144,7 +144,7 @@ TEST(Ranks, OneThreeAndEightWriteTheSame) {
 }
 
 /// Peak memory of the largest rank, less what the program takes for nothing, over its part of what
-/// one rank takes. Of whole meshes on every rank it was 2 on eight.
+/// one rank takes.
 TEST(Ranks, TheirMemoryFallsAsTheirNumberRises) {
     const Folder folder;
     write_beam(folder);
