@@ -120,9 +120,18 @@ std::vector<std::pair<std::string, std::vector<BodyPlace>>> places_of_targets(
         targets = read_targets(deform.targets, "deform.targets", mesh);
     else if (scene.track)
         targets = read_targets(scene, mesh);
-    std::vector<std::pair<std::string, std::vector<BodyPlace>>> places;
+    if (targets.empty()) return {};
+    std::vector<Vector3> all;  // each search makes a tree of the mesh
     for (const Target& target : targets)
-        places.emplace_back(target.name, places_in(mesh, target.places));
+        all.insert(all.end(), target.places.begin(), target.places.end());
+    const std::vector<BodyPlace> found = places_in(mesh, all);
+    std::vector<std::pair<std::string, std::vector<BodyPlace>>> places;
+    auto next = found.begin();
+    for (const Target& target : targets) {
+        const auto end = next + std::ssize(target.places);
+        places.emplace_back(target.name, std::vector<BodyPlace>(next, end));
+        next = end;
+    }
     return places;
 }
 
@@ -227,13 +236,21 @@ DeformedOrgan DeformingRegistration::fit(const MeasuredOrgan& measured,
     return found;
 }
 
+namespace {
+
+/// Whether a fit was cut short, so that the next one goes on from there.
+bool goes_on(const DeformedOrgan& found, int max_iterations) {
+    return !found.report.converged && found.report.iterations == max_iterations;
+}
+
+}  // namespace
+
 void DeformingRegistration::refuse_other_surface(const MeasuredOrgan& measured,
                                                  const DeformedOrgan& found,
                                                  int max_iterations) const {
     constexpr double most = 3;  // standard deviations: half of normal errors are within 0.67
     const SurfaceRegistrationReport& r = found.report;
-    const bool goes_on = !r.converged && r.iterations == max_iterations;
-    if (goes_on || r.median_m < most * deform_.point_error_mm / 1e3) return;
+    if (goes_on(found, max_iterations) || r.median_m < most * deform_.point_error_mm / 1e3) return;
     fail(
         "{}: the points are not of this surface, deformed as deform.forces allows: {:.1f} mm "
         "(median) from it ({:.1f} mm RMS where it is moved rigidly), expected less than {:.1f} mm "
@@ -281,6 +298,22 @@ void DeformingRegistration::place_targets(DeformedOrgan& found) const {
     }
 }
 
+void DeformingRegistration::bring_to_rest(DeformedOrgan& found, int max_iterations) {
+    constexpr int chords = 4;  // by the factorisation of the last tangent, of here or a step away
+    const bool is_factored = body_.body->linear_solver().kind() == SolverKind::direct;
+    body_.body->set_external_force(registration_->forces());
+    SolveControls controls = solve_controls(scene_);
+    if (is_factored) controls.old_tangents = chords;
+    if (is_factored && goes_on(found, max_iterations)) {
+        // What comes next moves it on: not worth a factorisation.
+        controls.max_newton = chords;
+        controls.tolerance = std::max(controls.tolerance, 1e-4);
+    }
+    body_.body->keep_state();
+    found.equilibrium = body_.body->solve(0, controls);
+    refuse_other_equilibrium(found);
+}
+
 DeformedOrgan DeformingRegistration::finish(const MeasuredOrgan& measured,
                                             const ProgressCallback& progress,
                                             std::optional<int> max_iterations) {
@@ -300,13 +333,7 @@ DeformedOrgan DeformingRegistration::finish(const MeasuredOrgan& measured,
         if (progress) progress(1, "what the points determine");
         state_errors(found);
     }
-    body_.body->set_external_force(registration_->forces());
-    SolveControls controls = solve_controls(scene_);
-    // A factorisation of the last tangent, of here or one step away, brings the body to rest.
-    if (body_.body->linear_solver().kind() == SolverKind::direct) controls.old_tangents = 4;
-    body_.body->keep_state();
-    found.equilibrium = body_.body->solve(0, controls);
-    refuse_other_equilibrium(found);
+    bring_to_rest(found, most);
     const std::vector<Vector3> u = body_.body->displacement();
     for (TargetSpread& t : found.targets) t.position = t.place.of(mesh().nodes) + t.place.of(u);
     return found;

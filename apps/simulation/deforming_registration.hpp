@@ -30,7 +30,7 @@ struct TargetSpread {
 /// What a deforming registration found.
 struct DeformedOrgan {
     SurfaceRegistrationReport report;
-    StepReport equilibrium;  ///< of the last solve, to the scene's tolerance
+    StepReport equilibrium;  ///< of the last solve, to the scene's tolerance; cut short: to 1e-4
     /// Maps the measured points into the image.
     RigidTransform<ImageFrame, ImageFrame> image_from_points;
     /// Of the points from the surface at rest, best rigid motion; of the first `finish` alone.
@@ -104,6 +104,9 @@ class DeformingRegistration {
     /// A fit's states are in balance to a fraction of a per cent only. Where an exact solve leaves
     /// them for a far one (forces on a few nodes pull out a spike), the fit has not converged.
     void refuse_other_equilibrium(DeformedOrgan& found);
+    /// The body's equilibrium under the forces found, or a state near it where the fit was cut
+    /// short.
+    void bring_to_rest(DeformedOrgan& found, int max_iterations);
 
     const Scene& scene_;
     SceneBody& body_;
