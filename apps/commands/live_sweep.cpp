@@ -81,6 +81,7 @@ MeasuredOrgan LiveSweep::measured(const Recording& recording) const {
 
 void LiveSweep::take(const Recording& so_far) {
     const MeasuredOrgan organ = measured(so_far);
+    left_out_ = surface_points_of(arguments_, so_far).size() - organ.points.size();
     if (organ.points.size() == fitted_points_) return;
     fitted_points_ = organ.points.size();
     DeformedOrgan found;
@@ -108,6 +109,7 @@ void LiveSweep::take(const Recording& so_far) {
 void LiveSweep::describe(const MeasuredOrgan& organ, const DeformedOrgan& found) {
     text_ = fmt::format("{}, {:.2f} mm from the surface (median)",
                         counted(organ.points.size(), "point"), 1e3 * found.report.median_m);
+    if (left_out_ > 0) text_ += fmt::format(", {} too far away", left_out_);
     const std::string error =
         statement_text(statement_of(found, deform_options(scene_).frame), names_of_targets(found));
     if (!found.report.converged)

@@ -53,7 +53,7 @@ class LiveSweep {
     std::optional<FrameMessages> messages_;
     std::unique_ptr<OpenIgtLinkServer> server_;
     std::string text_ = "no point of the surface yet";
-    std::size_t fitted_points_ = 0, fits_ = 0;
+    std::size_t fitted_points_ = 0, left_out_ = 0, fits_ = 0;
     std::optional<double> first_step_s_;
 };
 

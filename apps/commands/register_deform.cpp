@@ -98,6 +98,7 @@ void check_outputs(const RegisterArguments& a, const Scene& scene) {
          {std::pair{"--json", a.json}, std::pair{"--output", a.output}}) {
         refuse_to_overwrite(name, path, scene, a.scene);
         refuse_to_overwrite(name, path, inputs);
+        if (!path.empty()) (void)PendingFile(path);  // throws if it cannot be written
     }
 }
 
@@ -273,16 +274,19 @@ void print_found(const DeformedOrgan& found, const MeasuredOrgan& measured, Poin
 }
 
 /// Adds a fit as a step of the run.
-void add_fit(const DeformedOrgan& found, double time_s, RunHistory& history) {
+void add_fit(const std::string& source, const DeformedOrgan& found, double time_s,
+             RunHistory& history) {
     const SurfaceRegistrationReport& r = found.report;
     history.steps.push_back({time_s, 1, found.equilibrium, true});
     if (!history.converged) return;
     history.converged = r.converged && found.equilibrium.converged;
     if (!r.converged)
         history.failure = fmt::format(
-            "the registration did not converge in {} ({}): the points are {:.2f} mm RMS from the "
+            "{}: the registration did not converge in {} ({}): the points are {:.2f} mm RMS from "
+            "the "
             "surface, {:.2f} mm before; the result holds the state reached",
-            counted(r.iterations, "iteration"), r.reason, 1e3 * r.rms_m, 1e3 * r.rms_before_m);
+            source, counted(r.iterations, "iteration"), r.reason, 1e3 * r.rms_m,
+            1e3 * r.rms_before_m);
     else if (!history.converged)
         history.failure =
             fmt::format("the forces found left an imbalance of {:.1e} (allowed {:.1e})",
@@ -365,6 +369,7 @@ int register_deforming(RegisterArguments a) {
         points = follow_sweep(a, scene, body, registering, *registration, points.measured.landmarks,
                               writer ? &*writer : nullptr);
         progress.emplace("register");
+        registering.start_again();  // so that what is found does not hang on the sweep's pace
     }
     const MeasuredOrgan& measured = points.measured;
     DeformedOrgan found = registering.finish(measured, progress->callback());
@@ -372,12 +377,12 @@ int register_deforming(RegisterArguments a) {
     if (!found.is_stated && found.targets.empty() && (a.follow.live || !later.empty()))
         registering.state_errors(found);  // every frame of a result has the targets
     RunHistory history;
-    add_fit(found, points.end_s, history);
+    add_fit(measured.source, found, points.end_s, history);
     if (writer) append_found(*writer, scene, body, found, points.end_s);
     const std::vector<LaterFit> fits = fit_later(later, points.end_s, scene, body, registering,
                                                  writer ? &*writer : nullptr, progress->callback());
     for (const LaterFit& fit : fits)
-        if (!fit.goes_on) add_fit(fit.found, fit.time_s, history);
+        if (!fit.goes_on) add_fit(fit.source, fit.found, fit.time_s, history);
     progress.reset();
     describe_state(scene, body, constraints, figures);
     figures.sum = sum_of(history);

@@ -9,6 +9,7 @@
 #include "apps/scene/outputs.hpp"
 #include "apps/simulation/checkpoint.hpp"
 #include "apps/simulation/material_fit.hpp"
+#include "apps/simulation/measured_organ.hpp"
 #include "apps/simulation/result_fields.hpp"
 #include "apps/simulation/run_description.hpp"
 #include "base/counted.hpp"
@@ -99,6 +100,7 @@ int register_materials(const RegisterArguments& a) {
     const Scene scene = load_scene(a.materials.scene);
     refuse_to_overwrite("--json", a.json, scene, a.materials.scene);
     refuse_to_overwrite("--json", a.json, {a.landmarks, a.registration, a.image});
+    if (!a.json.empty()) (void)PendingFile(a.json);  // throws if it cannot be written
     session.add_options(scene.solver.petsc_options);
     const std::vector<SoughtValue> sought = sought_values(scene, a.materials.support);
     std::vector<MeasuredLandmark> landmarks = matched_landmarks(a);
@@ -110,6 +112,7 @@ int register_materials(const RegisterArguments& a) {
     const auto start = std::chrono::steady_clock::now();
     const MeshHierarchy hierarchy = load_mesh(scene, progress->callback());
     refuse_hexahedra(hierarchy, "register --materials");
+    check_landmarks(landmarks, hierarchy.levels.front().nodes);
     figures.mesh_s = seconds_since(start);
     const MaterialFit fit =
         fit_materials(scene, hierarchy, landmarks, sought, progress->callback());

@@ -180,9 +180,13 @@ DeformingRegistration::DeformingRegistration(const Scene& scene, SceneBody& body
       surface_{mesh().nodes, boundary_triangles(mesh().tets)},
       sought_(sought_forces(deform_, mesh(), constraints)),
       targets_(places_of_targets(scene, deform_, mesh())) {
-    Stopwatch watch;
     body_.body->set_constraints(constraints.constraints());
     body_.body->set_springs(constraints.springs());
+    start_again();
+}
+
+void DeformingRegistration::start_again() {
+    Stopwatch watch;
     SurfaceRegistrationOptions options = registration_options(deform_);
     options.progress = [this](double fraction, std::string_view what) {
         if (progress_) progress_(fraction, what);

@@ -64,8 +64,9 @@ struct SoughtForces {
 
 /// Finds the forces on the stated part of the boundary, the displacement of all nodes and, unless
 /// the frame is fixed, the rigid motion that bring the organ's surface to measured points. Fits may
-/// follow each other, as more points come: each starts from the last one's result. To use it: `fit`
-/// and `state_errors` as often as wanted; at the end `finish`. All are collective.
+/// follow each other, as more points come: each starts from the last one's result, but after
+/// `start_again` from rest. To use it: `fit` and `state_errors` as often as wanted; at the end
+/// `finish`. All are collective.
 class DeformingRegistration {
   public:
     /// Constrains the body as the scene says. Scene and body must outlive this. Throws Error for a
@@ -79,6 +80,8 @@ class DeformingRegistration {
     /// Error as SurfaceRegistration::fit does.
     DeformedOrgan fit(const MeasuredOrgan& measured, std::optional<int> max_iterations = {},
                       const ProgressCallback& progress = {});
+    /// The next fit starts from rest, as the first.
+    void start_again();
     /// Adds what the points determine, and the targets, linearised where the last fit ended.
     void state_errors(DeformedOrgan& found);
     /// Adds the targets alone, where the last fit puts them: the errors of a fit that did not

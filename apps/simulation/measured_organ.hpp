@@ -26,6 +26,10 @@ struct MeasuredOrgan {
 void check_measured(const MeasuredOrgan& measured, const TriangleMesh& surface,
                     std::size_t unknowns);
 
+/// Throws Error if landmarks cannot be of this organ: of another unit, mirrored (LPS for RAS), or
+/// as far from their places at rest as the organ is wide. `rest`: nodes of its surface or body, m.
+void check_landmarks(std::span<const MeasuredLandmark> landmarks, std::span<const Vector3> rest);
+
 /// Median distance of points from a surface, m.
 double median_distance(std::span<const Vector3> points, const TriangleMesh& surface);
 

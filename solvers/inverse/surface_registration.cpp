@@ -35,6 +35,7 @@ namespace {
 
 constexpr Eigen::Index pose_size = 6;
 constexpr int max_whole_iterations = 8;
+constexpr double max_share = 0.04;  // of the diagonal, that a step moves a node by: tets invert
 constexpr double max_shared_m = 0.0005;  // of a point's error: the model's; the rest is noise
 
 void check_positive(double value, const char* name) {
@@ -47,6 +48,7 @@ void check_registration_options(const SurfaceRegistrationOptions& o) {
     if (o.prior_energy_J) check_positive(*o.prior_energy_J, "prior_energy_J");
     if (o.shared_error_m != 0) check_positive(o.shared_error_m, "shared_error_m");
     check_positive(o.tolerance_m, "tolerance_m");
+    if (o.spread_share != 0) check_positive(o.spread_share, "spread_share");
     check_positive(o.equilibrium_tolerance, "equilibrium_tolerance");
     check_positive(o.linear_tolerance, "linear_tolerance");
     check_positive(o.max_iterations, "max_iterations");
@@ -302,21 +304,20 @@ SurfaceRegistration::Step SurfaceRegistration::next_step(const Fitted& fitted) {
 bool SurfaceRegistration::take(const Fitted& before, Step& step,
                                SurfaceRegistrationReport& report) {
     constexpr int max_halvings = 5;
-    constexpr double max_share = 0.04;         // of the diagonal: beyond, tets invert
-    constexpr double usable_imbalance = 0.02;  // of a forward solve that was not done
+    constexpr int max_newton = 4;  // with new tangents: else the step is too long
     const int chords = body_.linear_solver().kind() == SolverKind::direct ? 3 : 0;
     const double old = before.value + prior(q_);
     body_.keep_state();  // with its pressures, which set_displacement drops
-    step.taken = std::min(1.0, max_share * diagonal_ / step.size);
+    step.taken = std::min(1.0, reach_ / step.size);
     for (int h = 0; h <= max_halvings; ++h, step.taken /= 2) {
         const Eigen::VectorXd q = q_ + step.taken * step.dq;
         body_.set_external_force(basis_.force(q.head(forces_count()), rest_.size()));
         body_.set_displacement(moved(step.taken, step));
-        const StepReport solve = body_.solve(0, {.max_newton = 6 + chords,
+        const StepReport solve = body_.solve(0, {.max_newton = max_newton + chords,
                                                  .tolerance = options_.equilibrium_tolerance,
                                                  .old_tangents = chords});
         report.newton_iterations += solve.newton_iterations;
-        if (!solve.converged && !(solve.imbalance < usable_imbalance)) continue;
+        if (!solve.converged) continue;
         std::vector<Vector3> u = body_.displacement();
         const double now = at(q, u, before.matches.scale).value + prior(q);
         if (!(now < old)) continue;
@@ -325,8 +326,10 @@ bool SurfaceRegistration::take(const Fitted& before, Step& step,
         q_ = q;
         u_ = std::move(u);
         is_fresh_ = false;
+        reach_ = h > 0 ? step.taken * step.size : std::min(2 * reach_, max_share * diagonal_);
         return true;
     }
+    reach_ = step.taken * step.size;
     body_.set_external_force(forces());
     body_.return_to_kept_state();
     return false;
@@ -424,12 +427,18 @@ SurfaceRegistration::Fitted SurfaceRegistration::begin(std::span<const Vector3> 
         for (const Vector3& c : points_) centre_ += c / static_cast<double>(points_.size());
         has_centre_ = true;
     }
+    reach_ = max_share * diagonal_;
     const double shared = std::min(1.0, max_shared_m / options_.point_error_m);
     sharing_ = 1 + shared * shared * (sharing_points(points_, options_.shared_error_m) - 1);
     Fitted start = at(q_, u_, {});
     check_distance(start);
     const double far = distance_quantile(start.matches, 0.95);
     return far > outlier_scales * start.matches.scale ? at(q_, u_, far) : start;
+}
+
+bool SurfaceRegistration::is_within_spread(const Step& step) const {
+    const double share = options_.spread_share;
+    return -step.slope < share * share * static_cast<double>(q_.size());
 }
 
 SurfaceRegistrationReport SurfaceRegistration::fit(std::span<const Vector3> points,
@@ -479,9 +488,11 @@ SurfaceRegistrationReport SurfaceRegistration::fit(std::span<const Vector3> poin
             renew = true;
             continue;
         }
-        report.converged = (took || is_fresh_) && is_same && left < options_.tolerance_m;
+        const bool is_at_end = left < options_.tolerance_m, is_within = is_within_spread(step);
+        report.converged = (took || is_fresh_) && is_same && (is_at_end || is_within);
         if (report.converged) {
-            report.reason = "no node moves farther than the tolerance";
+            report.reason = is_at_end ? "no node moves farther than the tolerance"
+                                      : "what is left is small to the spread";
             break;
         }
         if (!took && is_fresh_ && !lowered) {

@@ -22,6 +22,8 @@ struct SurfaceRegistrationOptions {
     /// by the evidence (see PriorEvidence) in each iteration.
     std::optional<double> prior_energy_J{};
     double tolerance_m = 0.0005;  ///< converged if nothing moves farther from then on
+    /// Converged, too, if so little is left: of a standard deviation, RMS over the unknowns.
+    double spread_share = 0.1;
     int max_iterations = 40;
     /// Whether the first iterations move each zone of the forces as a whole: they find their way
     /// where many patterns end in a poor minimum. Only for zones that are known.
@@ -175,6 +177,10 @@ class SurfaceRegistration {
     Fitted begin(std::span<const Vector3> points, std::span<const Landmark> landmarks);
     /// Whether a share of the step lowered J; then it is taken.
     bool take(const Fitted& before, Step& step, SurfaceRegistrationReport& report);
+    /// Whether the optimum is near by the posterior's spread: what is left of the way to it, by a
+    /// full step, in standard deviations (Newton's decrement; S. Boyd and L. Vandenberghe, Convex
+    /// Optimization, 2004, section 9.5).
+    bool is_within_spread(const Step& step) const;
     /// At the present state, with s no less than 0.7 `scale`.
     Fitted annealed(double scale) const;
     void check_distance(const Fitted& start) const;
@@ -193,6 +199,7 @@ class SurfaceRegistration {
     double sharing_ = 1;         ///< nu
     int whole_left_ = 0;         ///< iterations that move each zone as a whole: at most
     bool is_fresh_ = false;      ///< the responses are those of the present state
+    double reach_ = 0;           ///< m, of a step: it grows by those that are taken whole
     Eigen::VectorXd q_;          ///< p, and m if it is sought
     std::vector<Vector3> u_;
     std::vector<Vector3> points_;  ///< of the last fit

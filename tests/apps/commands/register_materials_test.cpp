@@ -47,6 +47,8 @@ struct LoadedBlock {
         }
         write_points_csv(folder / "rest.csv", rest);
         write_points_csv(folder / "loaded.csv", loaded);
+        for (NamedPoint& p : loaded) p.position /= 1000;
+        write_points_csv(folder / "metres.csv", loaded);
         write_text(folder / "scene.yaml", scene("5000 +- 4000", "5000 +- 4000", "fitted.h5"));
     }
     static std::string scene(const std::string& one, const std::string& two,
@@ -110,6 +112,11 @@ TEST(RegisterMaterials, RefusesWhatItCannotTake) {
     expect_refused(block.run("--landmarks loaded.csv --image none.csv"), {"none.csv"});
     expect_refused(livetet(block.folder, "register --tracker t.csv --image rest.csv --support"),
                    {"--support", "--materials"});
+    expect_refused(block.run(points + std::string("--json nowhere/found.json")),
+                   {"nowhere", "cannot be written"});
+    expect_refused(block.run("--landmarks metres.csv --image rest.csv"),
+                   {"landmarks", "another unit"});
+    EXPECT_FALSE(std::filesystem::exists(block.folder / "fitted.h5"));
     const auto refused_with = [&](const std::string& scene,
                                   std::initializer_list<std::string> parts) {
         write_text(block.folder / "scene.yaml", scene);

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <tuple>
 
 #include "base/error.hpp"
@@ -169,6 +170,30 @@ TEST_F(SurfaceRegistrationTest, ChoosesTheEnergyOfThePriorByTheEvidence) {
     EXPECT_LT(rms_error(harder, x), 1.1 * rms_error(registration, x) + 1e-5);
 }
 
+/// By Newton's decrement a fit ends a tenth of a standard deviation from the optimum, RMS.
+TEST_F(SurfaceRegistrationTest, EndsWhereLittleIsLeftByTheSpread) {
+    const std::vector<Vector3> points = block.points_on_top(truth(pull), 0);
+    const auto fitted = [&](double spread_share) {
+        auto fit = std::make_unique<SurfaceRegistration>(
+            block.body, rest(), block.surface, uniform,
+            SurfaceRegistrationOptions{.point_error_m = 0.002,
+                                       .prior_energy_J = 0.01,
+                                       .tolerance_m = 1e-7,
+                                       .spread_share = spread_share});
+        const SurfaceRegistrationReport report = fit->fit(points);
+        EXPECT_EQ(std::string(report.reason) == "what is left is small to the spread",
+                  spread_share > 0)
+            << report.reason;
+        return std::pair(std::move(fit), report.iterations);
+    };
+    const auto [coarse, few] = fitted(0.1);
+    const Eigen::VectorXd found = coarse->coefficients();
+    const auto [fine, many] = fitted(0);
+    EXPECT_LT(few, many);
+    const Eigen::VectorXd left = found - fine->coefficients();
+    EXPECT_LT(left.dot(fine->posterior().covariance.ldlt().solve(left)), 0.01 * 3);
+}
+
 TEST_F(SurfaceRegistrationTest, SaysThatItDidNotConverge) {
     SurfaceRegistration registration(block.body, rest(), block.surface, uniform,
                                      {.max_iterations = 1});
@@ -184,7 +209,7 @@ TEST(SurfaceRegistrationMixed, ARefusedStepLeavesTheBodyInEquilibrium) {
     const ForceBasis uniform = uniform_forces(block.zone);
     const std::vector<Vector3> x = block.equilibrium(uniform, Eigen::Vector3d(0.5, 0.2, 1.6));  // N
     SurfaceRegistration registration(block.body, block.mesh().nodes, block.surface, uniform,
-                                     {.tolerance_m = 1e-30});
+                                     {.tolerance_m = 1e-30, .spread_share = 0});
     const SurfaceRegistrationReport report = registration.fit(block.points_on_top(x, 0));
     ASSERT_STREQ(report.reason, "no step along the Gauss-Newton direction lowers the misfit");
     const std::vector<double> found = block.body.gather_state().pressure;
