@@ -38,8 +38,8 @@ struct Level {
     PetscHandle<Vec> u, f;
     ElementRotations rotations;
     explicit Level(MatrixLayout layout)
-        : level(setting().mesh(), distribute_mesh(PETSC_COMM_SELF, setting().mesh(), {}),
-                setting().materials, "corotated", Formulation::displacement, layout),
+        : level(distribute_mesh(PETSC_COMM_SELF, setting().mesh(), {}), setting().materials,
+                "corotated", Formulation::displacement, layout),
           u(make_vector(level.share())),
           f(make_vector(level.share())),
           rotations(level.make_rotations()) {

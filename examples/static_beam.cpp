@@ -42,7 +42,7 @@ int main(int argc, char** argv) try {
     // 4. Clamped at x = 0; gravity along -z. A body takes arrays of the nodes that its rank has.
     const double g = 9.81;
     const PartitionedMesh& share = body.linear_solver().fine().share();
-    const TetMesh part = local_mesh(share, mesh);
+    const TetMesh part = local_mesh(share);
     Constraints constraints(part.nodes.size());
     constraints.prescribe(nodes_in_half_space(part, {0, 0, 0}, {1, 0, 0}), Vector3::Zero());
     body.set_constraints(constraints);

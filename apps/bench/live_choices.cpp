@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "apps/scene/body_factory.hpp"
+#include "apps/scene/scene_forces.hpp"
 #include "apps/simulation/scene_run.hpp"
 #include "base/error.hpp"
 #include "base/stopwatch.hpp"

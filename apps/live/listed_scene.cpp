@@ -7,6 +7,7 @@
 #include "apps/live/blade_cuts.hpp"
 #include "apps/live/response_nodes.hpp"
 #include "apps/scene/body_factory.hpp"
+#include "apps/scene/node_selection.hpp"
 #include "mechanics/rigid_motions.hpp"
 
 namespace livetet {

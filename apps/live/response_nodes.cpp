@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "apps/scene/node_selection.hpp"
 #include "mesh/quadratic.hpp"
 
 namespace livetet {

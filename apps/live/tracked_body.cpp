@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "apps/live/start_state.hpp"
+#include "apps/scene/scene_forces.hpp"
 #include "base/stopwatch.hpp"
 #include "mesh/quadratic.hpp"
 #include "tracking/poses.hpp"

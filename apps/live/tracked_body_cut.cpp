@@ -5,6 +5,7 @@
 #include "apps/live/listed_scene.hpp"
 #include "apps/live/tracked_body.hpp"
 #include "apps/scene/cuts.hpp"
+#include "apps/scene/scene_forces.hpp"
 #include "base/error.hpp"
 #include "base/log.hpp"
 #include "base/stopwatch.hpp"

@@ -7,6 +7,7 @@
 #include "apps/python/engine.hpp"
 #include "apps/python/scene.hpp"
 #include "apps/scene/body_factory.hpp"
+#include "apps/scene/scene_forces.hpp"
 
 namespace livetet::python {
 

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "apps/scene/body_factory.hpp"
 #include "apps/scene/mesh_source.hpp"
+#include "apps/scene/node_selection.hpp"
 #include "base/counted.hpp"
 #include "base/error.hpp"
 #include "base/log.hpp"

@@ -46,8 +46,8 @@ RankMemory memory_of_rank(std::span<const LevelSize> levels, int ranks) {
         memory.own += level.bytes / parts * std::pow(1 + layer, 3);
         memory.whole += level.mesh_bytes;
     }
-    constexpr double comes_later = 0.25;  // of a rank's own: after the whole mesh has gone
-    if (ranks > 1) memory.whole = std::max(0.0, memory.whole - comes_later * memory.own);
+    // Elements and operators come after the whole mesh has gone.
+    if (ranks > 1) memory.whole = std::max(0.0, memory.whole - memory.own);
     return memory;
 }
 

@@ -25,8 +25,8 @@ LevelSize size_of_level(const TetMesh& mesh);
 /// The largest rank's memory in `solve`, bytes, estimated.
 struct RankMemory {
     double own = 0;  ///< its share of the levels, with the nodes and tets that it shares
-    /// What the whole mesh adds to the peak: several ranks hold it while the solve is set up, when
-    /// they have most of their own, and one rank to the end.
+    /// What the whole mesh adds to the peak: several ranks hold it before they have most of their
+    /// own, and one rank to the end.
     double whole = 0;
     double program = 0;  ///< what the program takes for nothing
     double sum() const { return own + whole + program; }

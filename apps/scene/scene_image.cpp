@@ -2,8 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "apps/scene/body_factory.hpp"
 #include "apps/scene/mesh_source.hpp"
+#include "apps/scene/node_selection.hpp"
 #include "base/error.hpp"
 #include "config/yaml.hpp"
 #include "io/dicom_name.hpp"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "apps/scene/body_factory.hpp"
+#include "apps/scene/node_selection.hpp"
 #include "base/error.hpp"
 #include "io/points_csv.hpp"
 #include "mesh/barycentric_map.hpp"

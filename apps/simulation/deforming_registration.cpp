@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "apps/scene/node_selection.hpp"
 #include "base/error.hpp"
 #include "base/stopwatch.hpp"
 #include "geometry/error_ellipsoid.hpp"

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/scene/scene_forces.hpp"
 #include "base/error.hpp"
 #include "solvers/nonlinear/held_force.hpp"
 

@@ -56,39 +56,40 @@ SolvedScene solve_scene(const Scene& scene, const SolveRequest& request) {
     const auto start = std::chrono::steady_clock::now();
     MeshHierarchy hierarchy = load_mesh(scene, request.progress);
     figures.mesh_s = seconds_since(start);
-    solved.body = make_body(PETSC_COMM_WORLD, scene, std::move(hierarchy), Use::solve);
-    SceneBody& body = solved.body;
-    SceneConstraints constraints(scene, body.mesh());
-    check_no_free_motion(scene, body.mesh(), constraints);
-    figures.setup_s = seconds_since(start) - figures.mesh_s;
     std::optional<Probes> probes;
-    if (scene.probes) probes.emplace(*scene.probes, body.mesh(), body.share());
+    std::optional<StateKeeper> states;
+    TetMesh whole;
+    auto [scene_body, constraints, forces] =
+        make_held_body(PETSC_COMM_WORLD, scene, std::move(hierarchy),
+                       [&](const TetMesh& mesh, const PartitionedMesh& share) {
+                           if (scene.probes) probes.emplace(*scene.probes, mesh, share);
+                           states.emplace(scene, mesh, share, request.start);
+                           if (request.whole && share.ranks > 1) whole = mesh;
+                       });
+    SceneBody& body = solved.body = std::move(scene_body);
+    figures.setup_s = seconds_since(start) - figures.mesh_s;
     if (first) warn_of_small_parts(body.tet_count(), figures.ranks);
 
     // 2. steps
-    StateKeeper states(scene, body, request.start);
-    std::vector<Vector3> forces = scene_forces(scene, body.mesh());
-    TetMesh whole;
-    if (request.whole && figures.ranks > 1) whole = body.mesh();
-    body.keep_part(constraints, forces);
-    RunHooks hooks = states.hooks(request.progress);
+    RunHooks hooks = states->hooks(*body.body, request.progress);
     hooks.iterated = request.iterated;
     solved.history = run_scene(scene, *body.body, constraints, forces, hooks);
-    solved.displacement = states.take_displacement();
-    solved.frames = states.frames();
+    solved.displacement = states->take_displacement();
+    solved.frames = states->frames();
     figures.forces = constraints.forces(body.body->reactions(), solved.displacement);
     figures.inverted_tets = body.body->inverted_tets();
     figures.largest_displacement_m = largest_norm(solved.displacement);
     figures.beyond_model = beyond_model(scene, body.mesh(), solved.displacement, &body.share());
     figures.sum = sum_of(solved.history);
     if (request.profile)
-        figures.profile = solve_profile(PETSC_COMM_WORLD, scene, body, figures.mesh_s,
-                                        {0, states.output_s(), static_cast<long>(states.frames())});
+        figures.profile =
+            solve_profile(PETSC_COMM_WORLD, scene, body, figures.mesh_s,
+                          {0, states->output_s(), static_cast<long>(states->frames())});
 
     // 3. results
-    nlohmann::json about = describe_run(scene, body, solved.history, figures, states.start_s());
-    states.close(about.dump());
-    about["output_s"] = states.output_s();
+    nlohmann::json about = describe_run(scene, body, solved.history, figures, states->start_s());
+    states->close(about.dump());
+    about["output_s"] = states->output_s();
     solved.description = about.dump(2);
     const bool has_probes = probes && solved.frames > 0;
     std::vector<Vector3> at_probes;
@@ -98,7 +99,7 @@ SolvedScene solve_scene(const Scene& scene, const SolveRequest& request) {
         body.hierarchy.levels.front() = std::move(whole);
     }
     if (!first) return solved;
-    states.remove_checkpoints();
+    states->remove_checkpoints();
     if (has_probes)
         write_displacements_csv(scene.probes->displacements, probes->points(), at_probes);
     return solved;

@@ -1,6 +1,7 @@
 #include "apps/simulation/state_keeper.hpp"
 
 #include <tuple>
+#include <utility>
 
 #include "apps/scene/scene_files.hpp"
 #include "apps/simulation/result_fields.hpp"
@@ -46,34 +47,33 @@ bool is_first_rank() {
 
 }  // namespace
 
-StateKeeper::StateKeeper(const Scene& scene, SceneBody& body, RunStart start)
+StateKeeper::StateKeeper(const Scene& scene, const TetMesh& mesh, const PartitionedMesh& share,
+                         RunStart start)
     : scene_(scene),
-      body_(*body.body),
-      share_(body.share()),
-      nodes_(node_blocks(share_)),
+      owned_(static_cast<std::size_t>(share.owned)),
+      nodes_(node_blocks(share)),
       is_first_rank_(is_first_rank()),
       keeps_checkpoints_(keeps_checkpoints(scene, start)),
-      store_(scene.output.file, run_identity(scene, keeps_checkpoints_), body.node_count(),
-             body.tet_count()) {
+      store_(scene.output.file, run_identity(scene, keeps_checkpoints_), share.total,
+             mesh.tets.size()) {
     if (start == RunStart::from_checkpoint) {
-        BodySnapshot state;
-        std::tie(start_, state) = store_.read();
-        body_.set_state(state);
+        std::tie(start_, restored_) = store_.read();
     } else if (keeps_checkpoints_ && is_first_rank_) {
         store_.begin();
     }
     frames_ = start_.frames;
     if (scene.output.has_file())
-        writer_.emplace(scene.output.file, body.mesh(), to_yaml(scene), Precision::full,
-                        PETSC_COMM_WORLD);
+        writer_.emplace(scene.output.file, mesh, to_yaml(scene), Precision::full, PETSC_COMM_WORLD);
 }
 
-RunHooks StateKeeper::hooks(ProgressCallback progress) {
+RunHooks StateKeeper::hooks(DeformableBody& body, ProgressCallback progress) {
+    body_ = &body;
+    if (restored_.node_count > 0) body.set_state(std::exchange(restored_, {}));
     RunHooks hooks{.progress = std::move(progress), .start = start_};
     hooks.keep = [this](std::size_t number, double time) { keep(number, time); };
     if (scene_.output.checkpoint_every > 0)
         hooks.checkpoint = [this](const RunPlace& place) {
-            store_.write(place, body_.gather_state());
+            store_.write(place, body_->gather_state());
         };
     return hooks;
 }
@@ -96,18 +96,18 @@ void StateKeeper::remove_checkpoints() const {
 }
 
 std::vector<Vector3> StateKeeper::take_displacement() {
-    return last_ ? std::move(*last_) : body_.displacement();
+    return last_ ? std::move(*last_) : body_->displacement();
 }
 
 void StateKeeper::keep(std::size_t number, double time) {
     const auto began = std::chrono::steady_clock::now();
     if (!last_) last_.emplace();
-    body_.displacement(*last_);
+    body_->displacement(*last_);
     frames_ = number + 1;
     if (!writer_) return;
-    const auto own = flat(*last_).first(3 * static_cast<std::size_t>(share_.owned));
+    const auto own = flat(*last_).first(3 * owned_);
     const ResultFrame frame{time, vectors_of(nodes_.to_block(own, 3)),
-                            result_fields(scene_, body_)};
+                            result_fields(scene_, *body_)};
     if (!keeps_checkpoints_)
         append_frame(*writer_, frame);
     else

@@ -15,10 +15,14 @@ enum class RunStart { anew, from_checkpoint };
 /// files of the first rank that `close` puts into the result. All functions are collective.
 class StateKeeper {
   public:
-    /// Throws Error if the run should write or read checkpoints and cannot. All must outlive this.
-    StateKeeper(const Scene& scene, SceneBody& body, RunStart start);
+    /// Begins the result. `mesh`: whole, and this rank's share of it; they are not kept. Throws
+    /// Error if the run should write or read checkpoints and cannot. The scene must outlive this.
+    StateKeeper(const Scene& scene, const TetMesh& mesh, const PartitionedMesh& share,
+                RunStart start);
 
-    RunHooks hooks(ProgressCallback progress);
+    /// Of the run of this body on that mesh, which must outlive this. Brings it to where the run
+    /// starts. What follows needs the body, but for `frames`, `start_s` and `output_s`.
+    RunHooks hooks(DeformableBody& body, ProgressCallback progress);
 
     /// Completes the result; `description` is the run's (see describe_run). Leaves an older result
     /// alone where no state was reached.
@@ -37,12 +41,13 @@ class StateKeeper {
     void keep(std::size_t number, double time);
 
     const Scene& scene_;
-    DeformableBody& body_;
-    const PartitionedMesh& share_;
-    RowBlocks nodes_;  ///< of files
+    DeformableBody* body_ = nullptr;  ///< from `hooks` on
+    std::size_t owned_;               ///< nodes of this rank
+    RowBlocks nodes_;                 ///< of files
     bool is_first_rank_, keeps_checkpoints_;
     CheckpointStore store_;
     RunPlace start_;
+    BodySnapshot restored_;  ///< where the run starts from a checkpoint, until then
     std::optional<ResultWriter> writer_;
     std::optional<std::vector<Vector3>> last_;  ///< displacement that was kept last, m
     std::size_t frames_ = 0;

@@ -71,12 +71,11 @@ void StudySolver::run(const Scene& scene, StudyRow& row, const ProgressCallback&
     row.mesh_s = seconds_since(start);
     std::vector<NamedPoint> probes;
     if (scene.probes) probes = read_points_csv(scene.probes->points);
-    SceneBody body = make_body(group_, scene, hierarchy_, Use::solve);
-    SceneConstraints constraints(scene, body.mesh());
-    check_no_free_motion(scene, body.mesh(), constraints);
-    const PointSampler sampler(body.mesh(), positions_of(probes));
-    std::vector<Vector3> forces = scene_forces(scene, body.mesh());
-    body.keep_part(constraints, forces);
+    std::optional<PointSampler> sampler;
+    auto [body, constraints, forces] = make_held_body(
+        group_, scene, hierarchy_, [&](const TetMesh& whole, const PartitionedMesh&) {
+            sampler.emplace(whole, positions_of(probes));
+        });
     row.setup_s = seconds_since(start) - row.mesh_s;
 
     // 2. run
@@ -106,7 +105,7 @@ void StudySolver::run(const Scene& scene, StudyRow& row, const ProgressCallback&
     if (!scene.time.is_dynamic()) row.outputs.emplace_back("share_of_load", history.share);
     for (const auto& [key, force] : constraints.forces(body.body->reactions(), local))
         add_vector(row, key + "_force", "N", force);
-    const std::vector<Vector3> at_probes = sampler.sample(row.displacement);
+    const std::vector<Vector3> at_probes = sampler->sample(row.displacement);
     for (std::size_t i = 0; i < probes.size(); ++i)
         add_vector(row, probes[i].name, "mm", 1e3 * at_probes[i]);
 }

@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "mechanics/rotation.hpp"
-#include "mesh/hex_grid.hpp"
 #include "solvers/assembly/batch_support.hpp"
 #include "solvers/assembly/level_assembler_points.hpp"
 #include "solvers/assembly/pointwise_law.hpp"
@@ -44,49 +43,41 @@ int part_count(std::size_t tets) {
 
 }  // namespace
 
-LevelAssembler::LevelAssembler(const TetMesh& mesh, PartitionedMesh share,
-                               std::span<const Material> materials, const ModelChoice& model,
-                               Formulation formulation, LevelStorage storage, ThreadTeam& team,
-                               std::span<const double> volumes)
+LevelAssembler::LevelAssembler(PartitionedMesh share, std::span<const Material> materials,
+                               const ModelChoice& model, Formulation formulation,
+                               LevelStorage storage, ThreadTeam& team)
     : share_(std::move(share)), team_(team), constrained_(share_.nodes.size(), 0) {
-    rest_.reserve(share_.nodes.size());
-    for (const std::int32_t n : share_.nodes) rest_.push_back(mesh.nodes[n]);
-    find_moduli(mesh, materials, model, volumes);
+    find_moduli(materials, model);
     if (!share_.hexahedra.empty())
         has_mean_dilation_ = formulation == Formulation::mixed;
     else if (formulation == Formulation::mixed)
-        pressure_ = make_pressure_space(share_, corner_count(mesh));
+        pressure_ = make_pressure_space(share_);
     if (const auto* layout = std::get_if<MatrixLayout>(&storage)) {
-        // By the whole mesh: a rank without tets has no edge nodes either, and must do as others.
-        if (mesh.edge_nodes.empty() && is_batched()) make_double_batches();
+        if (is_batched()) make_double_batches();
         matrix_.emplace(share_, *layout);
     } else if (std::holds_alternative<SinglePrecision>(storage)) {
         make_single_batches();
     }
 }
 
-void LevelAssembler::find_moduli(const TetMesh& mesh, std::span<const Material> materials,
-                                 const ModelChoice& model, std::span<const double> volumes) {
+void LevelAssembler::find_moduli(std::span<const Material> materials, const ModelChoice& model) {
     for (const Material& m : materials) {
         const ModelChoice& own = m.model ? m.model : model;
         moduli_.push_back({m.lambda(), m.mu(), m.density_kg_per_m3, own});
         is_linear_ = is_linear_ && own->kinematics() == Kinematics::small_strain;
         rotates_ = rotates_ || own->kinematics() == Kinematics::corotated;
     }
-    for (const std::int32_t whole : share_.tet_ids) {
-        const Material& m = material_of(materials, mesh.regions.empty() ? 0 : mesh.regions[whole]);
+    for (std::size_t e = 0; e < share_.tets.size(); ++e) {
+        const Material& m = material_of(materials, share_.regions.empty() ? 0 : share_.regions[e]);
         if (materials.size() > 1)
             moduli_of_tet_.push_back(static_cast<std::int32_t>(&m - materials.data()));
-        if (!volumes.empty()) volumes_.push_back(volumes[whole]);
-        if (!mesh.hexahedra.empty())
-            volumes_.push_back(cell_volume(mesh) * mesh.shares[whole / tets_per_hexahedron]);
     }
 }
 
 bool LevelAssembler::is_batched() const {
     std::vector<const ConstitutiveModel*> models;
     for (const Moduli& m : moduli_) models.push_back(&*m.model);
-    return why_not_batched(!share_.edge_nodes.empty(), is_mixed(), models).empty();
+    return why_not_batched(share_.is_quadratic(), is_mixed(), models).empty();
 }
 
 void LevelAssembler::find_mass() {
@@ -112,14 +103,15 @@ TetElement LevelAssembler::element(std::size_t e) const {
     const Tet& t = share_.tets[e];
     const Moduli& m = moduli(e);
     TetElement element =
-        make_element({rest_[t[0]], rest_[t[1]], rest_[t[2]], rest_[t[3]]}, m.lambda, m.mu);
-    if (!volumes_.empty()) element.volume = volumes_[e];
+        make_element({share_.rest[t[0]], share_.rest[t[1]], share_.rest[t[2]], share_.rest[t[3]]},
+                     m.lambda, m.mu);
+    if (!share_.volumes.empty()) element.volume = share_.volumes[e];
     return element;
 }
 
 Eigen::AlignedBox3d LevelAssembler::bounding_box() const {
     Eigen::AlignedBox3d box;
-    for (const Vector3& x : rest_) box.extend(x);
+    for (const Vector3& x : share_.rest) box.extend(x);
     MPI_Allreduce(MPI_IN_PLACE, box.min().data(), 3, MPI_DOUBLE, MPI_MIN, share_.comm);
     MPI_Allreduce(MPI_IN_PLACE, box.max().data(), 3, MPI_DOUBLE, MPI_MAX, share_.comm);
     return box;

@@ -72,11 +72,10 @@ class LevelAssembler {
   public:
     /// Collective. `materials` by region: exactly one applies to each tet (throws Error where none
     /// does); those that name no model are of `model`. `team` works on the batches and must outlive
-    /// this. `volumes`: of every tet of the mesh, m^3, where they are not those of its shape (see
-    /// carried_volumes).
-    LevelAssembler(const TetMesh& mesh, PartitionedMesh share, std::span<const Material> materials,
+    /// this.
+    LevelAssembler(PartitionedMesh share, std::span<const Material> materials,
                    const ModelChoice& model, Formulation formulation, LevelStorage storage,
-                   ThreadTeam& team = ThreadTeam::alone(), std::span<const double> volumes = {});
+                   ThreadTeam& team = ThreadTeam::alone());
 
     const PartitionedMesh& share() const { return share_; }
     /// Whether all models are of small strain: forces and operators are linear in u.
@@ -98,7 +97,7 @@ class LevelAssembler {
     Eigen::AlignedBox3d bounding_box() const;
     Mat matrix() const { return matrix_ ? matrix_->get() : nullptr; }
     /// Tells the matrix of the six rigid motions, for algebraic multigrid. Collective.
-    void set_rigid_motions() { matrix_->set_rigid_motions(share_, rest_); }
+    void set_rigid_motions() { matrix_->set_rigid_motions(share_, share_.rest); }
     /// Where the pressures live; empty in the displacement form.
     const PressureSpace* pressure_space() const { return pressure_ ? &*pressure_ : nullptr; }
     /// Lumped mass of each owned node, kg; empty before `find_mass`.
@@ -247,8 +246,7 @@ class LevelAssembler {
     template <int nodes>
     using Nodal = Eigen::Matrix<double, 3, nodes>;
 
-    void find_moduli(const TetMesh& mesh, std::span<const Material> materials,
-                     const ModelChoice& model, std::span<const double> volumes);
+    void find_moduli(std::span<const Material> materials, const ModelChoice& model);
     const Moduli& moduli(std::size_t e) const {
         return moduli_[moduli_of_tet_.empty() ? 0 : moduli_of_tet_[e]];
     }
@@ -337,11 +335,9 @@ class LevelAssembler {
     void visit_points(const Configuration& at, Visit&& visit) const;
 
     PartitionedMesh share_;
-    std::vector<Vector3> rest_;   ///< of each local node, m
     std::vector<Moduli> moduli_;  ///< those that there are
     bool is_linear_ = true, rotates_ = false;
     std::vector<std::int32_t> moduli_of_tet_;  ///< which of them; empty where there is but one
-    std::vector<double> volumes_;  ///< of each tet, m^3, where they are not those of its shape
     // Where is_batched.
     ThreadTeam& team_;
     BatchParts parts_;

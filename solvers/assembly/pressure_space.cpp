@@ -5,11 +5,11 @@
 
 namespace livetet {
 
-PressureSpace make_pressure_space(const PartitionedMesh& share, std::int32_t corners) {
+PressureSpace make_pressure_space(const PartitionedMesh& share) {
     PressureSpace space{.comm = share.comm, .owned = 0, .numbers = {}, .tets = {}};
     // Corners have the lowest numbers in the whole mesh: the owned ones are the first local nodes
     // of the share.
-    while (space.owned < share.owned && share.nodes[space.owned] < corners) ++space.owned;
+    while (space.owned < share.owned && share.nodes[space.owned] < share.corners) ++space.owned;
     PetscInt here = space.owned, end = 0;
     MPI_Scan(&here, &end, 1, MPIU_INT, MPI_SUM, share.comm);
     std::vector<PetscInt> number(share.owned, -1);  // of the pressure at each local node
@@ -18,7 +18,7 @@ PressureSpace make_pressure_space(const PartitionedMesh& share, std::int32_t cor
 
     std::vector<std::int32_t> ghosts;
     for (std::size_t i = share.owned; i < share.nodes.size(); ++i)
-        if (share.nodes[i] < corners) ghosts.push_back(static_cast<std::int32_t>(i));
+        if (share.nodes[i] < share.corners) ghosts.push_back(static_cast<std::int32_t>(i));
     std::sort(ghosts.begin(), ghosts.end(),
               [&](std::int32_t a, std::int32_t b) { return number[a] < number[b]; });
     std::vector<std::int32_t> pressure_of(share.nodes.size(), -1);

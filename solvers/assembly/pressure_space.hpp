@@ -15,8 +15,8 @@ struct PressureSpace {
     std::vector<Tet> tets;          ///< in local pressures, in the order of the share's tets
 };
 
-/// Collective. `corners`: how many nodes of the whole mesh are corners.
-PressureSpace make_pressure_space(const PartitionedMesh& share, std::int32_t corners);
+/// Collective.
+PressureSpace make_pressure_space(const PartitionedMesh& share);
 
 /// One value for each pressure, with room for the ghosts' behind the owned ones.
 PetscHandle<Vec> make_vector(const PressureSpace& space);

@@ -31,7 +31,7 @@ void configure_boomeramg(PC pc) {
 
 }  // namespace
 
-AlgebraicSolver::AlgebraicSolver(const DistributedHierarchy& mesh, const ElasticModel& model,
+AlgebraicSolver::AlgebraicSolver(DistributedHierarchy mesh, const ElasticModel& model,
                                  SolverKind kind, Role role)
     : DisplacementSolver(mesh, role, ThreadTeam::alone()),
       kind_(kind == SolverKind::automatic ? SolverKind::gamg : kind),

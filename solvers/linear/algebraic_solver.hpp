@@ -10,7 +10,7 @@ class AlgebraicSolver : public DisplacementSolver {
   public:
     /// `kind`: boomeramg, gamg, direct, petsc, or automatic: then the first matrix decides between
     /// a factorisation and GAMG, unless PETSc's options choose.
-    AlgebraicSolver(const DistributedHierarchy& mesh, const ElasticModel& model, SolverKind kind,
+    AlgebraicSolver(DistributedHierarchy mesh, const ElasticModel& model, SolverKind kind,
                     Role role);
 
     SolverKind kind() const override { return kind_; }

@@ -4,20 +4,11 @@
 
 namespace livetet {
 
-CoarseConstraints::CoarseConstraints(const MeshHierarchy& hierarchy, Levels levels) {
-    for (std::size_t l = 1; l < levels.size(); ++l) {
-        const BarycentricMap& fine_in_coarse = hierarchy.transfers[l - 1];
-        rows_.emplace_back(levels[l - 1]->share(), levels[l]->share(), fine_in_coarse);
-        bodies_.emplace_back(hierarchy.levels[l], hierarchy.levels[l - 1], fine_in_coarse,
-                             levels[l]->share());
-    }
-}
-
 void CoarseConstraints::set_constrained(Levels levels, std::span<const std::uint8_t> components) {
     levels.front()->set_constrained(components);
     for (std::size_t l = 1; l < levels.size(); ++l)
         levels[l]->set_constrained(
-            bodies_[l - 1].constrained(rows_[l - 1], levels[l - 1]->constrained()));
+            between_[l - 1].coarse.constrained(rows(l - 1), levels[l - 1]->constrained()));
 }
 
 void CoarseConstraints::set_springs(Levels levels, std::span<const double> stiffness) const {
@@ -25,7 +16,7 @@ void CoarseConstraints::set_springs(Levels levels, std::span<const double> stiff
     std::vector<double> level(stiffness.begin(), stiffness.end());
     levels.front()->set_springs(level);
     for (std::size_t l = 1; l < levels.size(); ++l) {
-        const TransferRows& rows = rows_[l - 1];
+        const TransferRows& rows = between_[l - 1].rows;
         const BarycentricMap& map = rows.map();
         std::vector<double> sums(is_soft ? rows.columns() : 0, 0.0);
         for (std::size_t i = 0; i < map.size() && is_soft; ++i)

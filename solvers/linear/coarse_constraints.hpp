@@ -4,9 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "mesh/hierarchy.hpp"
 #include "solvers/assembly/level_assembler.hpp"
-#include "solvers/linear/coarse_body.hpp"
+#include "solvers/linear/distributed_hierarchy.hpp"
 
 namespace livetet {
 
@@ -15,12 +14,12 @@ class CoarseConstraints {
   public:
     using Levels = std::span<const std::unique_ptr<LevelAssembler>>;
 
-    /// `levels`: all of the hierarchy's. On one rank its transfers must outlive this; of the rest
-    /// nothing is kept. Collective.
-    CoarseConstraints(const MeshHierarchy& hierarchy, Levels levels);
+    /// `between`: all of the hierarchy's. On one rank its transfers must outlive this.
+    explicit CoarseConstraints(std::vector<DistributedHierarchy::Between> between)
+        : between_(std::move(between)) {}
 
     /// Between levels l and l + 1.
-    const TransferRows& rows(std::size_t l) const { return rows_[l]; }
+    const TransferRows& rows(std::size_t l) const { return between_[l].rows; }
 
     /// Tells every level which components are constrained, given those of this rank's own nodes of
     /// the finest (see CoarseBody). Collective.
@@ -32,8 +31,7 @@ class CoarseConstraints {
     void set_springs(Levels levels, std::span<const double> stiffness) const;
 
   private:
-    std::vector<TransferRows> rows_;  ///< by the finer level
-    std::vector<CoarseBody> bodies_;  ///< by level, from the second
+    std::vector<DistributedHierarchy::Between> between_;  ///< by the finer level
 };
 
 }  // namespace livetet

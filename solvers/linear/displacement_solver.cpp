@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "solvers/linear/stopping_test.hpp"
-#include "solvers/linear/transfer.hpp"
 
 namespace livetet {
 
@@ -31,17 +30,17 @@ void take_options(KSP ksp) {
 
 DisplacementSolver::DisplacementSolver(const DistributedHierarchy& mesh, Role role,
                                        ThreadTeam& team)
-    : LinearSolver(mesh.hierarchy.levels.front().tets.size()), team_(team), role_(role) {}
+    : LinearSolver(mesh.tets), team_(team), role_(role) {}
 
 DisplacementSolver::~DisplacementSolver() = default;
 
-void DisplacementSolver::add_level(const DistributedHierarchy& mesh, const ElasticModel& model,
+void DisplacementSolver::add_level(DistributedHierarchy& mesh, const ElasticModel& model,
                                    LevelStorage storage) {
-    const MeshHierarchy& hierarchy = mesh.hierarchy;
     const std::size_t l = levels_.size();
-    const bool is_grid = !hierarchy.levels[l].hexahedra.empty();
-    const bool is_mixed =
-        is_grid ? resolved_formulation(model) == Formulation::mixed : role_ == Role::preconditioner;
+    DistributedHierarchy::Level& level = mesh.levels[l];
+    const bool is_mixed = level.share.hexahedra.empty()
+                              ? role_ == Role::preconditioner
+                              : resolved_formulation(model) == Formulation::mixed;
     std::vector<Material> materials(model.materials.begin(), model.materials.end());
     if (is_mixed)
         for (Material& m : materials) {
@@ -54,23 +53,12 @@ void DisplacementSolver::add_level(const DistributedHierarchy& mesh, const Elast
             m.young_Pa = 2 * m.mu();
             m.poisson = 0;
         }
-    std::vector<double> volumes;  // of the tets; of the finest level their own
-    if (l > 0 && !is_grid)        // cells have shares
-        volumes = carried_volumes(nodal_volumes_, hierarchy.transfers[l - 1], hierarchy.levels[l]);
-    if (l + 1 < hierarchy.levels.size() && !is_grid)
-        nodal_volumes_ = l == 0 ? nodal_volumes(hierarchy.levels[l])
-                                : nodal_volumes(hierarchy.levels[l], volumes);
-    else
-        nodal_volumes_ = {};
-    const HeapMeter meter(l == 0 ? &costs_.elements : &costs_.coarse_levels);
-    PartitionedMesh share =
-        distribute_mesh(mesh.comm, hierarchy.levels[l],
-                        mesh.parts.empty() ? std::span<const std::int32_t>{} : mesh.parts[l]);
-    if (share.ranks > 1 && mesh.level_is_taken) mesh.level_is_taken(l);
+    PhaseCost& cost = l == 0 ? costs_.elements : costs_.coarse_levels;
+    cost += level.cost;
+    const HeapMeter meter(&cost);
     levels_.push_back(std::make_unique<LevelAssembler>(
-        hierarchy.levels[l], std::move(share), materials, model.strain,
-        l == 0 && is_mixed ? Formulation::mixed : Formulation::displacement, storage, team_,
-        volumes));
+        std::move(level.share), materials, model.strain,
+        l == 0 && is_mixed ? Formulation::mixed : Formulation::displacement, storage, team_));
     if (l > 0) return;
     costs_.matrix.bytes = fine().matrix_bytes();
     costs_.elements.bytes -= costs_.matrix.bytes;

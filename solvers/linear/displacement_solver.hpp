@@ -41,11 +41,10 @@ class DisplacementSolver : public LinearSolver {
   protected:
     DisplacementSolver(const DistributedHierarchy& mesh, Role role, ThreadTeam& team);
 
-    /// Adds the next coarser level of the hierarchy (the finest first). In the mixed form the
-    /// finest has pressures and coarse levels hold no volumetric stiffness: lambda = 0, the same
-    /// mu.
-    void add_level(const DistributedHierarchy& mesh, const ElasticModel& model,
-                   LevelStorage storage);
+    /// Adds the next coarser level (the finest first), which is taken out of `mesh`. In the mixed
+    /// form the finest has pressures and coarse levels hold no volumetric stiffness: lambda = 0,
+    /// the same mu.
+    void add_level(DistributedHierarchy& mesh, const ElasticModel& model, LevelStorage storage);
     /// To be called at the end of a derived class's construction: makes the Krylov solver, has
     /// `configure` choose the preconditioner, and takes PETSc's options.
     void make_krylov(MPI_Comm comm, ErrorEstimate estimate);
@@ -84,7 +83,6 @@ class DisplacementSolver : public LinearSolver {
     bool start_from(std::span<const Unknowns> guesses, Vec b);
 
     Role role_;
-    std::vector<double> nodal_volumes_;  ///< of the level added last, m^3 (see carried_volumes)
     std::unique_ptr<StoppingTest> stopping_;
     PetscHandle<Vec> rest_, start_;         ///< with guesses: b - A x, and x, before Krylov
     PetscHandle<Vec> images_[max_guesses];  ///< A times the guesses

@@ -30,14 +30,14 @@ HexCells cells_of(const TetMesh& mesh, const LevelAssembler& level) {
 
 }  // namespace
 
-HexSolver::HexSolver(const DistributedHierarchy& mesh, const ElasticModel& model,
+HexSolver::HexSolver(DistributedHierarchy mesh, const ElasticModel& model,
                      const SolverOptions& options)
     : DisplacementSolver(mesh, Role::solver, ThreadTeam::alone()) {
     if (options.kind != SolverKind::automatic && options.kind != SolverKind::multigrid)
         fail(
             "solver.kind: found another than multigrid for hexahedra, expected automatic or "
             "multigrid");
-    const TetMesh& grid = mesh.hierarchy.levels.front();
+    const TetMesh& grid = mesh.whole->levels.front();
     add_level(mesh, model, MatrixFree{});
     const HeapMeter meter(&costs_.preconditioner);
     multigrid_ =

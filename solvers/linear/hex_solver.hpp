@@ -12,8 +12,7 @@ namespace livetet {
 class HexSolver : public DisplacementSolver {
   public:
     /// Throws Error for an explicit kind other than multigrid, or for several ranks.
-    HexSolver(const DistributedHierarchy& mesh, const ElasticModel& model,
-              const SolverOptions& options);
+    HexSolver(DistributedHierarchy mesh, const ElasticModel& model, const SolverOptions& options);
 
     SolverKind kind() const override { return SolverKind::multigrid; }
     std::string preconditioner_name() const override;

@@ -103,46 +103,49 @@ void LinearSolver::finish_report(KSP ksp, LinearReport& report) {
 
 namespace {
 
-std::unique_ptr<DisplacementSolver> make_displacement_solver(const DistributedHierarchy& mesh,
+std::unique_ptr<DisplacementSolver> make_displacement_solver(DistributedHierarchy mesh,
                                                              const ElasticModel& model,
                                                              const SolverOptions& options,
                                                              DisplacementSolver::Role role,
                                                              ThreadTeam& team) {
-    const std::size_t levels = mesh.hierarchy.levels.size();
+    const std::size_t levels = mesh.levels.size();
     switch (const SolverKind kind = resolved_kind(options.kind, levels)) {
         case SolverKind::multigrid:
             if (levels < 2)
                 fail(
                     "solver.kind: found multigrid and a mesh of one level, expected a mesh of "
                     "several or another kind (automatic)");
-            return std::make_unique<MultigridSolver>(mesh, model, options, role);
+            return std::make_unique<MultigridSolver>(std::move(mesh), model, options, role);
         case SolverKind::live:
-            return std::make_unique<LiveSolver>(mesh, model, options, role, team);
+            return std::make_unique<LiveSolver>(std::move(mesh), model, options, role, team);
         case SolverKind::boomeramg:
         case SolverKind::gamg:
         case SolverKind::direct:
         case SolverKind::petsc:
         case SolverKind::automatic:
-            return std::make_unique<AlgebraicSolver>(mesh, model, kind, role);
+            return std::make_unique<AlgebraicSolver>(std::move(mesh), model, kind, role);
     }
     throw std::logic_error("make_linear_solver: an unknown kind");
 }
 
 }  // namespace
 
-std::unique_ptr<LinearSolver> make_linear_solver(const DistributedHierarchy& mesh,
+std::unique_ptr<LinearSolver> make_linear_solver(DistributedHierarchy mesh,
                                                  const ElasticModel& model,
                                                  const SolverOptions& options, ThreadTeam& team) {
     using Role = DisplacementSolver::Role;
-    if (!mesh.hierarchy.levels.front().hexahedra.empty() && options.kind != SolverKind::live)
-        return std::make_unique<HexSolver>(mesh, model, options);
+    if (!mesh.levels.front().share.hexahedra.empty() && options.kind != SolverKind::live)
+        return std::make_unique<HexSolver>(std::move(mesh), model, options);
     if (resolved_formulation(model) == Formulation::displacement)
-        return make_displacement_solver(mesh, model, options, Role::solver, team);
+        return make_displacement_solver(std::move(mesh), model, options, Role::solver, team);
     if (options.kind == SolverKind::live)
         return std::make_unique<SaddlePointSolver>(
-            std::make_unique<LiveSolver>(mesh, model, options, Role::preconditioner, team), team);
+            std::make_unique<LiveSolver>(std::move(mesh), model, options, Role::preconditioner,
+                                         team),
+            team);
     return std::make_unique<SaddlePointSolver>(
-        make_displacement_solver(mesh, model, options, Role::preconditioner, team), team);
+        make_displacement_solver(std::move(mesh), model, options, Role::preconditioner, team),
+        team);
 }
 
 }  // namespace livetet

@@ -9,10 +9,10 @@
 
 #include "base/deadline.hpp"
 #include "base/thread_team.hpp"
-#include "mesh/hierarchy.hpp"
 #include "solvers/assembly/level_assembler.hpp"
 #include "solvers/assembly/phase_timer.hpp"
 #include "solvers/assembly/pressure_coupling.hpp"
+#include "solvers/linear/distributed_hierarchy.hpp"
 #include "solvers/linear/solver_options.hpp"
 
 namespace livetet {
@@ -63,26 +63,6 @@ ChosenFormulation choose_formulation(const ElasticModel& model);
 inline Formulation resolved_formulation(const ElasticModel& model) {
     return choose_formulation(model).formulation;
 }
-
-/// A body's mesh hierarchy as its solvers take it. `parts[l]`: the part of each tet of level l (see
-/// partition_levels); may be empty on one rank. On one rank the hierarchy must outlive the solver,
-/// so it cannot be a temporary; on several the solver keeps its rank's part alone.
-struct DistributedHierarchy {
-    DistributedHierarchy(MPI_Comm comm, const MeshHierarchy& hierarchy,
-                         std::span<const std::vector<std::int32_t>> parts = {})
-        : comm(comm), hierarchy(hierarchy), parts(parts) {}
-    DistributedHierarchy(MPI_Comm, const MeshHierarchy&&,
-                         std::span<const std::vector<std::int32_t>> = {}) = delete;
-
-    MPI_Comm comm;
-    const MeshHierarchy& hierarchy;
-    std::span<const std::vector<std::int32_t>> parts;
-    /// Called on several ranks, in the middle of a solver's set-up, as soon as the parts of a
-    /// level, or all transfers and coarser meshes, are needed no more and may be freed. May be
-    /// empty.
-    std::function<void(std::size_t level)> level_is_taken{};
-    std::function<void()> coarse_levels_are_taken{};
-};
 
 /// Displacements, m, and in the mixed form pressures, Pa; else p is null. Owns nothing.
 struct Unknowns {
@@ -217,7 +197,7 @@ class LinearSolver {
 
 /// The solver that `options` name for this mesh and model. Collective. `team` serves LiveSolver and
 /// must outlive it. Throws Error where the kind cannot solve this model on this mesh.
-std::unique_ptr<LinearSolver> make_linear_solver(const DistributedHierarchy& mesh,
+std::unique_ptr<LinearSolver> make_linear_solver(DistributedHierarchy mesh,
                                                  const ElasticModel& model,
                                                  const SolverOptions& options,
                                                  ThreadTeam& team = ThreadTeam::alone());

@@ -17,41 +17,41 @@ std::vector<Material> of_bodys_model(std::span<const Material> materials) {
     return all;
 }
 
+/// The hierarchy, where a live solver takes it; else throws Error.
+const MeshHierarchy& checked(const DistributedHierarchy& mesh, const ElasticModel& model) {
+    const std::string reason =
+        mesh.whole ? why_not_live(model, *mesh.whole)
+                   : fmt::format("found {} ranks, expected one", mesh.levels.front().share.ranks);
+    if (!reason.empty()) fail("solver.kind = live: {}", reason);
+    return *mesh.whole;
+}
+
 GridHierarchy grid_of(const MeshHierarchy& hierarchy) {
     const TetMesh& mesh = hierarchy.levels.front();
     return mesh.hexahedra.empty() ? GridHierarchy{}
                                   : grid_hierarchy(mesh, GridCycle::cells_to_invert);
 }
 
-int rank_count(MPI_Comm comm) {
-    int ranks = 1;
-    MPI_Comm_size(comm, &ranks);
-    return ranks;
-}
-
 }  // namespace
 
-LiveSolver::LiveSolver(const DistributedHierarchy& mesh, const ElasticModel& model,
+LiveSolver::LiveSolver(DistributedHierarchy mesh, const ElasticModel& model,
                        const SolverOptions& options, Role role, ThreadTeam& team)
-    : DisplacementSolver(mesh, role, team), grid_(grid_of(mesh.hierarchy)) {
-    if (const std::string reason = why_not_live(model, mesh.hierarchy, rank_count(mesh.comm));
-        !reason.empty())
-        fail("solver.kind = live: {}", reason);
-    const MeshHierarchy& hierarchy = grid_.levels.empty() ? mesh.hierarchy : grid_.meshes;
-    add_levels({mesh.comm, hierarchy}, model);
-    constraints_.emplace(hierarchy, levels_);
-    make_cycle(hierarchy, options.smoothing_steps > 0 ? options.smoothing_steps : 1);
+    : DisplacementSolver(mesh, role, team), grid_(grid_of(checked(mesh, model))) {
+    if (!grid_.levels.empty()) mesh = DistributedHierarchy::of_grid(mesh.comm, grid_.meshes);
+    add_levels(mesh, model);
+    constraints_.emplace(std::move(mesh.between));
+    make_cycle(*mesh.whole, options.smoothing_steps > 0 ? options.smoothing_steps : 1);
     shell_ = make_shell_matrix<&LiveSolver::multiply>(mesh.comm, 3 * fine().share().owned, *this);
     make_krylov(mesh.comm, ErrorEstimate::from_steps);
     if (role == Role::solver) watch_curvature(&is_curved_down_);
 }
 
-void LiveSolver::add_levels(const DistributedHierarchy& mesh, const ElasticModel& model) {
+void LiveSolver::add_levels(DistributedHierarchy& mesh, const ElasticModel& model) {
     const std::vector<Material> materials = of_bodys_model(model.materials);
     const ElasticModel hooke{
         materials, is_small_strain(model.materials, model.strain) ? "linear" : "corotated",
         Formulation::displacement};
-    for (std::size_t l = 0; l < mesh.hierarchy.levels.size(); ++l)
+    for (std::size_t l = 0; l < mesh.levels.size(); ++l)
         add_level(mesh, l == 0 ? model : hooke, SinglePrecision{});
 }
 

@@ -24,8 +24,8 @@ namespace livetet {
 class LiveSolver : public DisplacementSolver {
   public:
     /// Throws Error where it cannot take the mesh or the model (see why_not_live).
-    LiveSolver(const DistributedHierarchy& mesh, const ElasticModel& model,
-               const SolverOptions& options, Role role, ThreadTeam& team);
+    LiveSolver(DistributedHierarchy mesh, const ElasticModel& model, const SolverOptions& options,
+               Role role, ThreadTeam& team);
 
     SolverKind kind() const override { return SolverKind::live; }
     std::string preconditioner_name() const override;
@@ -54,7 +54,7 @@ class LiveSolver : public DisplacementSolver {
     void configure(PC pc) override;
     bool change_preconditioner(KSPConvergedReason reason) override;
     Mat matrix() const override { return shell_.get(); }
-    void add_levels(const DistributedHierarchy& mesh, const ElasticModel& model);
+    void add_levels(DistributedHierarchy& mesh, const ElasticModel& model);
     void make_cycle(const MeshHierarchy& hierarchy, int smoothing_steps);
 
     GridHierarchy grid_;  ///< empty unless the body is a grid

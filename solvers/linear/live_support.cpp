@@ -28,10 +28,9 @@ std::string why_no_live_grid(const ElasticModel& model, const TetMesh& grid) {
 
 }  // namespace
 
-std::string why_not_live(const ElasticModel& model, const MeshHierarchy& hierarchy, int ranks) {
+std::string why_not_live(const ElasticModel& model, const MeshHierarchy& hierarchy) {
     constexpr std::size_t max_coarsest_nodes = SinglePrecisionMultigrid::max_coarsest_nodes;
     constexpr double max_contrast = SinglePrecisionMultigrid::max_contrast;
-    if (ranks > 1) return fmt::format("found {} ranks, expected one", ranks);
     if (const double contrast = contrast_of(model.materials); contrast > max_contrast)
         return fmt::format("found Young's moduli a factor of {:.3g} apart, expected at most {:g}",
                            contrast, max_contrast);

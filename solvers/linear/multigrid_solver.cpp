@@ -88,14 +88,14 @@ void add_identity(Mat A, const PartitionedMesh& share, std::span<const std::uint
 
 }  // namespace
 
-MultigridSolver::MultigridSolver(const DistributedHierarchy& mesh, const ElasticModel& model,
+MultigridSolver::MultigridSolver(DistributedHierarchy mesh, const ElasticModel& model,
                                  const SolverOptions& options, Role role)
     : DisplacementSolver(mesh, role, ThreadTeam::alone()),
       asked_kind_(options.kind),
       asked_coarse_(options.coarse),
       coarse_(resolved_coarse(options.coarse, contrast_of(model.materials))),
       smoothing_steps_(options.smoothing_steps > 0 ? options.smoothing_steps : 6) {
-    const std::size_t count = mesh.hierarchy.levels.size();
+    const std::size_t count = mesh.levels.size();
     for (std::size_t l = 0; l < count; ++l) {
         // Galerkin products and factorisations take matrices of scalars.
         const bool blocks = coarse_ == CoarseOperator::rediscretised && l + 1 < count;
@@ -111,10 +111,10 @@ MultigridSolver::MultigridSolver(const DistributedHierarchy& mesh, const Elastic
 
 MultigridSolver::~MultigridSolver() = default;
 
-void MultigridSolver::make_coarse_levels(const DistributedHierarchy& mesh) {
+void MultigridSolver::make_coarse_levels(DistributedHierarchy& mesh) {
+    costs_.coarse_levels += mesh.cost_of_between;
     const HeapMeter meter(&costs_.coarse_levels);
-    constraints_.emplace(mesh.hierarchy, levels_);
-    if (mesh.coarse_levels_are_taken && fine().share().ranks > 1) mesh.coarse_levels_are_taken();
+    constraints_.emplace(std::move(mesh.between));
     for (std::size_t l = 1; l < levels_.size(); ++l) {
         CoarseLevel& coarse = coarse_levels_.emplace_back();
         coarse.transfer = std::make_unique<Transfer>(levels_[l - 1]->share(), levels_[l]->share(),

@@ -23,7 +23,7 @@ namespace livetet {
 /// SolverKind::multigrid allows Galerkin products alone, an explicit CoarseOperator forbids those.
 class MultigridSolver : public DisplacementSolver {
   public:
-    MultigridSolver(const DistributedHierarchy& mesh, const ElasticModel& model,
+    MultigridSolver(DistributedHierarchy mesh, const ElasticModel& model,
                     const SolverOptions& options, Role role);
     ~MultigridSolver() override;
 
@@ -44,7 +44,7 @@ class MultigridSolver : public DisplacementSolver {
         PetscHandle<Mat> galerkin;  ///< P^T A P, where that is its operator
     };
 
-    void make_coarse_levels(const DistributedHierarchy& mesh);
+    void make_coarse_levels(DistributedHierarchy& mesh);
     RenewalExtent renew(const Configuration& at, const OperatorTerms& terms,
                         RenewalExtent wanted) override;
     void configure(PC pc) override { configure_cycle(pc, 0); }

@@ -42,17 +42,11 @@ RowBlocks node_blocks(const PartitionedMesh& mesh) {
 
 namespace {
 
-std::size_t corners_of(const BodyState& state) {
-    PetscInt corners = 0;
-    LIVETET_PETSC(VecGetSize(state.p.get(), &corners));
-    return static_cast<std::size_t>(corners);
-}
-
 /// Of the corners that own the pressures of `p`: the first of the rank's own nodes.
 RowBlocks corner_blocks(const PartitionedMesh& mesh, const BodyState& state) {
     PetscInt here = 0;
     LIVETET_PETSC(VecGetLocalSize(state.p.get(), &here));
-    return {mesh.comm, corners_of(state),
+    return {mesh.comm, static_cast<std::size_t>(mesh.corners),
             std::span(mesh.nodes).first(static_cast<std::size_t>(here))};
 }
 
@@ -68,7 +62,7 @@ BodySnapshot gather_state(const PartitionedMesh& mesh, const BodyState& state) {
             snapshot.nodal.push_back(nodes.to_block(mine.span(), 3));
         }
     if (state.p) {
-        snapshot.corner_count = corners_of(state);
+        snapshot.corner_count = static_cast<std::size_t>(mesh.corners);
         const ReadArray mine(state.p.get());
         snapshot.pressure = corner_blocks(mesh, state).to_block(mine.span(), 1);
     }
@@ -80,7 +74,7 @@ void restore_state(const PartitionedMesh& mesh, const BodySnapshot& snapshot, Bo
     std::size_t fields = 0;
     for (const PetscHandle<Vec>* vector : {&state.u, &state.v, &state.a, &state.end_force})
         fields += *vector ? 1 : 0;
-    const std::size_t corners = state.p ? corners_of(state) : 0;
+    const std::size_t corners = state.p ? static_cast<std::size_t>(mesh.corners) : 0;
     if (snapshot.nodal.size() != fields || snapshot.node_count != mesh.total ||
         snapshot.corner_count != corners)
         fail(

@@ -22,9 +22,9 @@ int team_size(const SolverOptions& options, std::size_t nodes) {
 }
 
 /// The options, once all that the body is made from was checked.
-const SolverOptions& checked(const DistributedHierarchy& mesh, const ElasticModel& model,
-                             const TimeOptions& time, const SolverOptions& options) {
-    check_body_input(mesh, model, time, options);
+const SolverOptions& checked(const ElasticModel& model, const TimeOptions& time,
+                             const SolverOptions& options) {
+    check_body_input(model, time, options);
     return options;
 }
 
@@ -37,11 +37,11 @@ TimeIntegrator make_time_integrator(const TimeOptions& time, LinearSolver& solve
 
 }  // namespace
 
-DeformableBody::DeformableBody(const DistributedHierarchy& mesh, const ElasticModel& model,
+DeformableBody::DeformableBody(DistributedHierarchy mesh, const ElasticModel& model,
                                const TimeOptions& time, const SolverOptions& options)
-    : options_(checked(mesh, model, time, options)),
-      team_(team_size(options, mesh.hierarchy.levels.front().nodes.size())),
-      solver_(make_linear_solver(mesh, model, options, team_)),
+    : options_(checked(model, time, options)),
+      team_(team_size(options, mesh.levels.front().share.total)),
+      solver_(make_linear_solver(std::move(mesh), model, options, team_)),
       time_(make_time_integrator(time, *solver_, state_, team_)),
       prescribed_(level()),
       balance_(*solver_, time_, prescribed_, state_, team_),

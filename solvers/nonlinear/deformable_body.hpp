@@ -31,10 +31,10 @@ struct BodyCosts {
 /// all members but those for costs are collective.
 class DeformableBody {
   public:
-    /// Collective; see make_linear_solver. The hierarchy must outlive the body; materials and
-    /// options are copied. Throws Error if there is no PetscSession, or as check_body_input does.
-    DeformableBody(const DistributedHierarchy& mesh, const ElasticModel& model,
-                   const TimeOptions& time, const SolverOptions& options);
+    /// Collective; see make_linear_solver. On one rank the hierarchy must outlive the body;
+    /// materials and options are copied. Throws Error as check_body_input does.
+    DeformableBody(DistributedHierarchy mesh, const ElasticModel& model, const TimeOptions& time,
+                   const SolverOptions& options);
     DeformableBody(const DeformableBody&) = delete;
     DeformableBody& operator=(const DeformableBody&) = delete;
 

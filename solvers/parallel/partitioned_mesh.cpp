@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "base/error.hpp"
+#include "mesh/hex_grid.hpp"
 #include "solvers/parallel/partition.hpp"
 #include "solvers/parallel/sum_over_ranks.hpp"
 
@@ -55,36 +56,34 @@ std::vector<PetscInt> number_owned(MPI_Comm comm, std::size_t count,
     return numbers;
 }
 
-PartitionedMesh distribute_mesh(MPI_Comm comm, const TetMesh& mesh,
-                                std::span<const std::int32_t> parts) {
-    int rank = 0;
-    MPI_Comm_rank(comm, &rank);
-    PartitionedMesh share;
-    share.comm = comm;
-    MPI_Comm_size(comm, &share.ranks);
-    share.total = mesh.nodes.size();
-    if (share.ranks == 1) {
-        share.owned = static_cast<std::int32_t>(mesh.nodes.size());
-        share.nodes.resize(mesh.nodes.size());
-        std::iota(share.nodes.begin(), share.nodes.end(), 0);
-        share.numbers.assign(share.nodes.begin(), share.nodes.end());
-        if (!mesh.hexahedra.empty()) {
-            share.hexahedra = mesh.hexahedra;
-            for (std::size_t e = 0; e < mesh.hexahedra.size(); ++e) {
-                const Hexahedron& h = mesh.hexahedra[e];
-                share.tets.push_back({h[0], h[1], h[2], h[4]});
-                share.tet_ids.push_back(static_cast<std::int32_t>(tets_per_hexahedron * e));
-            }
-            return share;
+namespace {
+
+/// All of the mesh.
+void take_all(const TetMesh& mesh, PartitionedMesh& share) {
+    share.owned = static_cast<std::int32_t>(mesh.nodes.size());
+    share.nodes.resize(mesh.nodes.size());
+    std::iota(share.nodes.begin(), share.nodes.end(), 0);
+    share.numbers.assign(share.nodes.begin(), share.nodes.end());
+    if (!mesh.hexahedra.empty()) {
+        share.hexahedra = mesh.hexahedra;
+        for (std::size_t e = 0; e < mesh.hexahedra.size(); ++e) {
+            const Hexahedron& h = mesh.hexahedra[e];
+            share.tets.push_back({h[0], h[1], h[2], h[4]});
+            share.tet_ids.push_back(static_cast<std::int32_t>(tets_per_hexahedron * e));
+            share.volumes.push_back(cell_volume(mesh) * mesh.shares[e]);
         }
-        share.tets = mesh.tets;
-        share.edge_nodes = mesh.edge_nodes;
-        share.tet_ids.resize(mesh.tets.size());
-        std::iota(share.tet_ids.begin(), share.tet_ids.end(), 0);
-        return share;
+        return;
     }
-    if (!mesh.hexahedra.empty())
-        fail("hexahedra on {} ranks, expected one: only tetrahedra are distributed", share.ranks);
+    share.tets = mesh.tets;
+    share.edge_nodes = mesh.edge_nodes;
+    share.tet_ids.resize(mesh.tets.size());
+    std::iota(share.tet_ids.begin(), share.tet_ids.end(), 0);
+}
+
+/// The rank's part of a mesh of tets.
+void take_part(const TetMesh& mesh, std::span<const std::int32_t> parts, PartitionedMesh& share) {
+    int rank = 0;
+    MPI_Comm_rank(share.comm, &rank);
     const Distributed d = find_share(mesh, parts, rank);
     share.nodes = with_edge_nodes(mesh, d.owned_nodes);
     share.owned = static_cast<std::int32_t>(share.nodes.size());
@@ -124,16 +123,35 @@ PartitionedMesh distribute_mesh(MPI_Comm comm, const TetMesh& mesh,
         share.edge_nodes.push_back(mesh.edge_nodes[e]);
         for (std::int32_t& n : share.edge_nodes.back()) n = local_of[n];
     }
+}
+
+}  // namespace
+
+PartitionedMesh distribute_mesh(MPI_Comm comm, const TetMesh& mesh,
+                                std::span<const std::int32_t> parts) {
+    PartitionedMesh share;
+    share.comm = comm;
+    MPI_Comm_size(comm, &share.ranks);
+    if (share.ranks > 1 && !mesh.hexahedra.empty())
+        fail("hexahedra on {} ranks, expected one: only tetrahedra are distributed", share.ranks);
+    share.total = mesh.nodes.size();
+    share.corners = corner_count(mesh);
+    if (share.ranks == 1)
+        take_all(mesh, share);
+    else
+        take_part(mesh, parts, share);
+    share.rest = local_part<Vector3>(share, mesh.nodes);
+    if (!mesh.regions.empty())
+        for (const std::int32_t e : share.tet_ids) share.regions.push_back(mesh.regions[e]);
     return share;
 }
 
-TetMesh local_mesh(const PartitionedMesh& share, const TetMesh& whole) {
+TetMesh local_mesh(const PartitionedMesh& share) {
     TetMesh local;
-    local.nodes = local_part<Vector3>(share, whole.nodes);
+    local.nodes = share.rest;
     local.tets = share.tets;
     local.edge_nodes = share.edge_nodes;
-    if (!whole.regions.empty())
-        for (const std::int32_t e : share.tet_ids) local.regions.push_back(whole.regions[e]);
+    local.regions = share.regions;
     return local;
 }
 

@@ -17,8 +17,10 @@ struct PartitionedMesh {
     MPI_Comm comm = MPI_COMM_SELF;
     int ranks = 1;
     std::size_t total = 0;            ///< nodes of the whole mesh
+    std::int32_t corners = 0;         ///< those of them that are corners; P1: all
     std::vector<std::int32_t> nodes;  ///< local node -> node of the whole mesh
     std::int32_t owned = 0;
+    std::vector<Vector3> rest;                            ///< of each local node, m
     std::vector<PetscInt> numbers;                        ///< local node -> PETSc's number
     std::vector<Tet> tets;                                ///< in local nodes
     std::vector<std::array<std::int32_t, 6>> edge_nodes;  ///< P2: in local nodes
@@ -26,8 +28,14 @@ struct PartitionedMesh {
     std::vector<Hexahedron> hexahedra{};
     /// Local tet -> tet of the whole mesh; of a hexahedron the first of its six.
     std::vector<std::int32_t> tet_ids;
+    std::vector<std::int32_t> regions;  ///< of each local tet or hexahedron; empty: one material
+    /// Of each local tet or hexahedron, m^3, where they are not those of its shape: what of a cell
+    /// is inside the body, or what a coarse level holds of the fine one (carried_volumes).
+    std::vector<double> volumes{};
 
     std::size_t ghosts() const { return nodes.size() - owned; }
+    /// Whether the whole mesh is P2: a rank without tets has no edge nodes either.
+    bool is_quadratic() const { return static_cast<std::size_t>(corners) < total; }
     int nodes_per_tet() const { return !hexahedra.empty() ? 8 : edge_nodes.empty() ? 4 : 10; }
     /// Local node i of local tet e: corners, then edge nodes; or of hexahedron e.
     std::int32_t node(std::size_t e, int i) const {
@@ -50,7 +58,7 @@ std::vector<PetscInt> number_owned(MPI_Comm comm, std::size_t count,
 
 /// The rank's part of the mesh as a mesh of its own: nodes, tets and regions, in local numbers,
 /// without sets.
-TetMesh local_mesh(const PartitionedMesh& share, const TetMesh& whole);
+TetMesh local_mesh(const PartitionedMesh& share);
 
 /// The values of the whole mesh's nodes, in its order, on every rank, from those of each rank's own
 /// nodes. For meshes that fit on one. Collective.

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <random>
 
+#include "apps/scene/scene_forces.hpp"
 #include "base/error.hpp"
 #include "support/shapes.hpp"
 

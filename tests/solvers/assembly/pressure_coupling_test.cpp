@@ -28,9 +28,9 @@ class PressureCouplingTest : public testing::TestWithParam<CoupledModel> {
     PressureCouplingTest() {
         if (GetParam().quadratic) whole = quadratic_mesh(whole);
         const int ranks = test::rank_count();
-        level.emplace(
-            whole, distribute_mesh(PETSC_COMM_WORLD, whole, partition_tets(whole.tets, ranks)),
-            std::span(&material, 1), GetParam().model, Formulation::mixed, MatrixLayout::blocks);
+        level.emplace(distribute_mesh(PETSC_COMM_WORLD, whole, partition_tets(whole.tets, ranks)),
+                      std::span(&material, 1), GetParam().model, Formulation::mixed,
+                      MatrixLayout::blocks);
         std::vector<std::uint8_t> held(whole.nodes.size(), 0);
         for (std::size_t n = 0; n < held.size(); ++n) held[n] = whole.nodes[n].x() < 1e-9 ? 5 : 0;
         level->set_constrained(local_part<std::uint8_t>(level->share(), held));

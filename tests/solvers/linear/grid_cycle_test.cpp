@@ -139,7 +139,7 @@ class GridCycleTest : public testing::Test {
         if (test::rank_count() > 1) GTEST_SKIP() << "it is for one rank";
         for (const TetMesh& mesh : grid.meshes.levels) {
             auto level = std::make_unique<LevelAssembler>(
-                mesh, distribute_mesh(PETSC_COMM_SELF, mesh, {}), materials, "corotated",
+                distribute_mesh(PETSC_COMM_SELF, mesh, {}), materials, "corotated",
                 Formulation::displacement, SinglePrecision{});
             std::vector<std::uint8_t> held;
             std::vector<double> springs;

@@ -82,8 +82,7 @@ TEST(HexSolver, TangentIsTheDerivativeOfTheForces) {
             } catch (const Error&) {
                 continue;
             }
-            LevelAssembler level(hierarchy.levels.front(),
-                                 distribute_mesh(PETSC_COMM_SELF, hierarchy.levels.front(), {}),
+            LevelAssembler level(distribute_mesh(PETSC_COMM_SELF, hierarchy.levels.front(), {}),
                                  materials, "corotated", form, MatrixFree{});
             const auto at = make_vector(level.share()), f = make_vector(level.share());
             ElementRotations rotations = level.make_rotations();

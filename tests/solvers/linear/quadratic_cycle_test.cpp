@@ -54,7 +54,7 @@ class QuadraticCycleTest : public testing::TestWithParam<const char*> {
     }
     std::unique_ptr<LevelAssembler> make(std::size_t l, LevelStorage storage, const char* model) {
         const TetMesh& mesh = hierarchy.levels[l];
-        return std::make_unique<LevelAssembler>(mesh, distribute_mesh(PETSC_COMM_SELF, mesh, {}),
+        return std::make_unique<LevelAssembler>(distribute_mesh(PETSC_COMM_SELF, mesh, {}),
                                                 materials, model, Formulation::displacement,
                                                 storage);
     }

@@ -45,7 +45,7 @@ class SinglePrecisionMultigridTest : public testing::Test {
         multigrid->update(rotations, 1, 0);
     }
     std::unique_ptr<LevelAssembler> make(const TetMesh& mesh, LevelStorage storage) {
-        return std::make_unique<LevelAssembler>(mesh, distribute_mesh(PETSC_COMM_SELF, mesh, {}),
+        return std::make_unique<LevelAssembler>(distribute_mesh(PETSC_COMM_SELF, mesh, {}),
                                                 materials, "corotated", Formulation::displacement,
                                                 storage);
     }

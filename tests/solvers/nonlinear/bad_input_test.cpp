@@ -99,12 +99,14 @@ TEST(BadInput, SeveralRanksNeedAPartOfEachTet) {
     const Material soft;
     const MeshHierarchy hierarchy = two_levels();
     auto parts = partition_levels(PETSC_COMM_WORLD, hierarchy, Partitioner::metis);
-    const auto refused = [&] {
+    const auto refused = [&](SolverKind kind = SolverKind::automatic) {
         return body_refusal([&] {
-            DeformableBody({PETSC_COMM_WORLD, hierarchy, parts}, {{&soft, 1}}, {}, {});
+            DeformableBody({PETSC_COMM_WORLD, hierarchy, parts}, {{&soft, 1}}, {}, {.kind = kind});
         });
     };
     EXPECT_EQ(refused(), "accepted");
+    EXPECT_EQ(refused(SolverKind::live),
+              fmt::format("solver.kind = live: found {} ranks, expected one", ranks));
     parts[0][3] = ranks;
     EXPECT_NE(refused().find("found parts 0 to"), std::string::npos);
     parts[0].pop_back();

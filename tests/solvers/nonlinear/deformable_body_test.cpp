@@ -134,8 +134,8 @@ TEST(LevelAssembler, TheMatrixIsTheDerivativeOfTheForce) {
         for (const MatrixLayout layout : {MatrixLayout::blocks, MatrixLayout::scalars})
             for (const char* strain : {"linear", "corotated", "green", "neohookean"}) {
                 const TetMesh& mesh = (is_quadratic ? quadratic : linear).levels.front();
-                LevelAssembler level(mesh, distribute_mesh(PETSC_COMM_WORLD, mesh, parts), soft,
-                                     strain, Formulation::displacement, layout);
+                LevelAssembler level(distribute_mesh(PETSC_COMM_WORLD, mesh, parts), soft, strain,
+                                     Formulation::displacement, layout);
                 level.find_mass();
                 const auto u = make_vector(level.share()), v = make_vector(level.share()),
                            product = make_vector(level.share()), force = make_vector(level.share()),

@@ -21,9 +21,9 @@ class Masses {
         const TetMesh mesh = test::block({3, 2, 2}, test::beam_size);
         const int ranks = test::rank_count();
         const Material material{.young_Pa = 3000, .poisson = 0.3, .density_kg_per_m3 = 1000};
-        level_.emplace(
-            mesh, distribute_mesh(PETSC_COMM_WORLD, mesh, partition_tets(mesh.tets, ranks)),
-            std::span(&material, 1), "linear", Formulation::displacement, MatrixLayout::blocks);
+        level_.emplace(distribute_mesh(PETSC_COMM_WORLD, mesh, partition_tets(mesh.tets, ranks)),
+                       std::span(&material, 1), "linear", Formulation::displacement,
+                       MatrixLayout::blocks);
         std::vector<std::uint8_t> held;
         for (const Vector3& x : mesh.nodes) held.push_back(x.x() < 1e-9 ? 7 : 0);
         level_->set_constrained(local_part<std::uint8_t>(level_->share(), held));

@@ -23,6 +23,8 @@ class PartitionedMeshTest : public testing::TestWithParam<bool> {
         MeshHierarchy h = make_hierarchy({test::block({6, 4, 3}, test::beam_size)}, "a block");
         if (GetParam()) h = with_quadratic_level(std::move(h));
         whole = h.levels.front();
+        for (std::size_t t = 0; t < whole.tets.size(); ++t)
+            whole.regions.push_back(static_cast<std::int32_t>(t % 3));
         const int ranks = test::rank_count();
         mesh = distribute_mesh(PETSC_COMM_WORLD, whole, partition_tets(whole.tets, ranks));
     }
@@ -77,9 +79,8 @@ TEST_P(PartitionedMeshTest, FieldsGoOutAndComeBack) {
 
 /// Of its own mesh a rank finds what the whole mesh has at its own nodes.
 TEST_P(PartitionedMeshTest, ThePartOfARankIsAMeshOfItsOwn) {
-    for (std::size_t t = 0; t < whole.tets.size(); ++t)
-        whole.regions.push_back(static_cast<std::int32_t>(t % 3));
-    const TetMesh part = local_mesh(mesh, whole);
+    EXPECT_EQ(mesh.is_quadratic(), GetParam());
+    const TetMesh part = local_mesh(mesh);
     EXPECT_EQ(part.nodes.size(), mesh.nodes.size());
     EXPECT_EQ(part.edge_nodes.size(), whole.edge_nodes.empty() ? 0 : part.tets.size());
     for (std::size_t e = 0; e < part.tets.size(); ++e) {

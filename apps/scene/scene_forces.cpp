@@ -1,0 +1,82 @@
+#include "apps/scene/scene_forces.hpp"
+
+#include <algorithm>
+
+#include "apps/scene/node_selection.hpp"
+#include "base/error.hpp"
+#include "geometry/triangle_area.hpp"
+#include "mechanics/gravity_load.hpp"
+#include "mesh/quadratic.hpp"
+
+namespace livetet {
+
+namespace {
+
+/// The triangles that a load acts on: those of its group or, without a group, the boundary
+/// triangles whose corners are all selected.
+std::vector<Triangle> loaded_triangles(const TetMesh& mesh, const LoadOptions& load,
+                                       std::span<const std::int32_t> nodes) {
+    if (load.group)
+        if (const auto set = mesh.triangle_sets.find(*load.group); set != mesh.triangle_sets.end())
+            return set->second;
+    std::vector<bool> is_selected(mesh.nodes.size(), false);
+    for (const std::int32_t n : nodes) is_selected[n] = true;
+    const auto selected = [&](std::int32_t n) { return bool(is_selected[n]); };
+    // Both tets at a face of selected corners have three of these.
+    std::vector<Tet> around;
+    for (const Tet& t : mesh.tets)
+        if (std::count_if(t.begin(), t.end(), selected) >= 3) around.push_back(t);
+    std::vector<Triangle> triangles = boundary_triangles(around);
+    std::erase_if(triangles,
+                  [&](const Triangle& t) { return !std::all_of(t.begin(), t.end(), selected); });
+    return triangles;
+}
+
+/// Adds the force on half a face of a hexahedron so that each of the face's four corners gets a
+/// quarter of both halves: the two on the diagonal, the triangle's longest edge, are in both.
+void add_to_half_face(const TetMesh& mesh, const Triangle& t, const Vector3& half,
+                      std::vector<Vector3>& force) {
+    int opposite = 0;
+    double longest = 0;
+    for (int i = 0; i < 3; ++i) {
+        const double length = (mesh.nodes[t[(i + 1) % 3]] - mesh.nodes[t[(i + 2) % 3]]).norm();
+        if (length > longest) longest = length, opposite = i;
+    }
+    for (int i = 0; i < 3; ++i) force[t[i]] += (i == opposite ? 0.5 : 0.25) * half;
+}
+
+}  // namespace
+
+std::vector<Vector3> scene_forces(const Scene& scene, const TetMesh& mesh) {
+    if (scene.gravity_m_per_s2 == Vector3::Zero() && scene.loads.empty()) return {};
+    auto force = gravity_load(mesh, scene.materials, scene.gravity_m_per_s2);
+    for (std::size_t i = 0; i < scene.loads.size(); ++i) {
+        const LoadOptions& load = scene.loads[i];
+        const std::string key = fmt::format("loads[{}]", i);
+        const auto nodes = select_nodes(mesh, load, key);
+        for (const std::int32_t n : nodes)
+            force[n] += load.force_N / static_cast<double>(nodes.size());
+        if (load.pressure_Pa == 0 && load.traction_Pa == Vector3::Zero()) continue;
+        if (!mesh.hexahedra.empty() && load.traction_Pa != Vector3::Zero())
+            fail(
+                "{}.traction_Pa: found a mesh of hexahedra, whose faces are steps and larger than "
+                "the body's surface; expected force_N or pressure_Pa",
+                key);
+        const std::vector<Triangle> triangles = loaded_triangles(mesh, load, nodes);
+        if (triangles.empty())
+            fail("{} selects no whole triangle of the surface for its traction or pressure", key);
+        const EdgeNodes edges(mesh, triangles);
+        for (const Triangle& t : triangles) {
+            const Vector3 area = area_vector(mesh.nodes, t);
+            if (!mesh.hexahedra.empty()) {
+                add_to_half_face(mesh, t, -load.pressure_Pa * area, force);
+                continue;
+            }
+            for (const std::int32_t n : traction_nodes(t, edges))
+                force[n] += (load.traction_Pa * area.norm() - load.pressure_Pa * area) / 3;
+        }
+    }
+    return force;
+}
+
+}  // namespace livetet

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "mesh/hierarchy.hpp"
+#include "solvers/assembly/phase_timer.hpp"
+#include "solvers/linear/coarse_body.hpp"
+#include "solvers/linear/transfer_rows.hpp"
+#include "solvers/parallel/partitioned_mesh.hpp"
+
+namespace livetet {
+
+/// A body's mesh hierarchy, taken apart for the ranks that share it: what its solvers are made of.
+/// On several ranks nothing here is of the size of the whole mesh, which may be freed.
+struct DistributedHierarchy {
+    /// `hierarchy`: on every rank. `parts[l]`: the part of each tet of level l (see
+    /// partition_levels); may be empty on one rank. On one rank the hierarchy must outlive the
+    /// solver, so it cannot be a temporary. Throws Error where PETSc does not run, for a hierarchy
+    /// that check_hierarchy rejects, and for parts that do not fit it. Collective.
+    DistributedHierarchy(MPI_Comm comm, const MeshHierarchy& hierarchy,
+                         std::span<const std::vector<std::int32_t>> parts = {});
+    DistributedHierarchy(MPI_Comm, const MeshHierarchy&&,
+                         std::span<const std::vector<std::int32_t>> = {}) = delete;
+    /// Of the levels of a grid (see grid_hierarchy), on one rank; they are not checked.
+    static DistributedHierarchy of_grid(MPI_Comm comm, const MeshHierarchy& levels);
+
+    struct Level {
+        PartitionedMesh share;
+        PhaseCost cost{};
+    };
+    /// What is between a level and the next coarser one.
+    struct Between {
+        TransferRows rows;
+        CoarseBody coarse;
+    };
+
+    MPI_Comm comm;
+    const MeshHierarchy* whole = nullptr;  ///< on one rank; else null
+    std::size_t tets = 0;                  ///< of the whole finest mesh
+    std::vector<Level> levels{};           ///< finest first
+    std::vector<Between> between{};        ///< by the finer level
+    PhaseCost cost_of_between{};
+
+  private:
+    explicit DistributedHierarchy(MPI_Comm comm) : comm(comm) {}
+    void take(const MeshHierarchy& hierarchy, std::span<const std::vector<std::int32_t>> parts);
+};
+
+}  // namespace livetet
