@@ -3,8 +3,10 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
-#include <numeric>
 #include <tuple>
+#include <utility>
+
+#include "base/lists.hpp"
 
 namespace livetet {
 
@@ -42,21 +44,24 @@ std::vector<std::int32_t> order_of_nodes(const std::vector<Vector3>& nodes) {
     Eigen::AlignedBox3d box;
     for (const Vector3& x : nodes) box.extend(x);
     const double extent = std::max(box.sizes().maxCoeff(), 1e-300);
-    std::vector<std::uint64_t> key(nodes.size());
+    std::vector<std::pair<std::uint64_t, std::int32_t>> keys(nodes.size());
     for (std::size_t n = 0; n < nodes.size(); ++n) {
         std::array<std::uint32_t, 3> cell{};
         for (int d = 0; d < 3; ++d)
             cell[d] = static_cast<std::uint32_t>((nodes[n][d] - box.min()[d]) / extent *
                                                  ((1u << bits) - 1));
-        key[n] = hilbert_index(cell);
+        keys[n] = {hilbert_index(cell), static_cast<std::int32_t>(n)};
     }
-    std::vector<std::int32_t> order(nodes.size());
-    std::iota(order.begin(), order.end(), 0);
-    const auto rank = [&](std::int32_t n) {
-        return std::tuple(key[n], nodes[n].x(), nodes[n].y(), nodes[n].z(), n);
+    const auto rank_in_cell = [&](std::int32_t n) {
+        return std::tuple(nodes[n].x(), nodes[n].y(), nodes[n].z(), n);
     };
-    std::sort(order.begin(), order.end(),
-              [&](std::int32_t a, std::int32_t b) { return rank(a) < rank(b); });
+    std::sort(keys.begin(), keys.end(), [&](const auto& a, const auto& b) {
+        return a.first != b.first ? a.first < b.first
+                                  : rank_in_cell(a.second) < rank_in_cell(b.second);
+    });
+    std::vector<std::int32_t> order;
+    order.reserve(keys.size());
+    for (const auto& [key, n] : keys) order.push_back(n);
     return order;
 }
 
@@ -85,19 +90,27 @@ Renumbering sort_for_locality(TetMesh& mesh) {
     }
     mesh.nodes = std::move(nodes);
 
-    std::vector<std::pair<Tet, std::int32_t>> tets(mesh.tets.size());
-    for (std::size_t e = 0; e < tets.size(); ++e) {
-        Tet t = mesh.tets[e];
+    std::vector<Tet> tets = mesh.tets;
+    for (Tet& t : tets) {
         for (std::int32_t& n : t) n = number[n];
-        tets[e] = {canonical(t), static_cast<std::int32_t>(e)};
+        t = canonical(t);
     }
-    std::sort(tets.begin(), tets.end());
+    // By the lowest node, which comes first, and then the few tets of the same one.
+    Lists of_lowest = make_lists(number.size(), [&](auto&& add) {
+        for (std::size_t e = 0; e < tets.size(); ++e)
+            add(static_cast<std::size_t>(tets[e][0]), static_cast<std::int32_t>(e));
+    });
+    for (std::size_t n = 0; n < number.size(); ++n)
+        std::sort(of_lowest.items.begin() + of_lowest.start[n],
+                  of_lowest.items.begin() + of_lowest.start[n + 1],
+                  [&](std::int32_t a, std::int32_t b) {
+                      return std::pair(tets[a], a) < std::pair(tets[b], b);
+                  });
+    result.tets = std::move(of_lowest.items);
     const std::vector<std::int32_t> regions = mesh.regions;
-    result.tets.reserve(tets.size());
-    for (std::size_t e = 0; e < tets.size(); ++e) {
-        mesh.tets[e] = tets[e].first;
-        if (!regions.empty()) mesh.regions[e] = regions[tets[e].second];
-        result.tets.push_back(tets[e].second);
+    for (std::size_t i = 0; i < tets.size(); ++i) {
+        mesh.tets[i] = tets[result.tets[i]];
+        if (!regions.empty()) mesh.regions[i] = regions[result.tets[i]];
     }
     for (auto& [name, set] : mesh.node_sets) {
         for (std::int32_t& n : set) n = number[n];
