@@ -33,15 +33,17 @@ double diagonal_of(std::span<const Vector3> nodes) {
 void check_spread(const MeasuredOrgan& measured, double diagonal) {
     constexpr double unit_share = 0.002, spot_share = 0.03, wide_share = 5;  // of the diagonal
     const double spread = spread_of(measured.points);
-    if (spread < unit_share * diagonal || spread > wide_share * diagonal)
+    const bool may_be_metres =
+        spread < unit_share * diagonal && 1000 * spread > spot_share * diagonal;
+    if (may_be_metres || spread > wide_share * diagonal)
         fail(
             "{}: the points spread over {:.3g} mm RMS and the organ measures {:.0f} mm: another "
             "unit, expected points in mm",
             measured.source, 1e3 * spread, 1e3 * diagonal);
     if (spread < spot_share * diagonal)
         fail(
-            "{}: all points lie on one spot, {:.1f} mm RMS about their mean, expected {:.1f} mm or "
-            "more on an organ of {:.0f} mm",
+            "{}: all points lie on one spot, {:.2g} mm RMS about their mean, expected {:.1f} mm or "
+            "more on an organ of {:.0f} mm, in mm",
             measured.source, 1e3 * spread, 1e3 * spot_share * diagonal, 1e3 * diagonal);
 }
 

@@ -306,6 +306,8 @@ TEST(RegisterDeform, RefusesPointsThatCannotBeOfTheOrgan) {
             {"points.csv", "no points near the organ", "mm (median)"});
     refused([](const Vector3& c) -> Vector3 { return Vector3(0.03, 0.04, 0.04) + 0.03 * c; },
             {"points.csv", "on one spot", "mm RMS"});
+    refused([](const Vector3&) { return Vector3(0.03, 0.04, 0.04); },
+            {"points.csv", "on one spot"});
     // A ball of the block's size.
     refused(
         [](const Vector3& c) -> Vector3 {
