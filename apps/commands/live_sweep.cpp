@@ -70,18 +70,21 @@ LiveSweep::LiveSweep(const RegisterArguments& arguments, const Scene& scene, Sce
     log_info(fmt::format("OpenIGTLink server on {} port {}", publish.address, server_->port()));
 }
 
-MeasuredOrgan LiveSweep::measured(const Recording& recording) const {
+MeasuredOrgan LiveSweep::measured(const Recording& recording) {
     MeasuredOrgan measured{arguments_.surface_points, {}, landmarks_};
+    left_out_ = 0;
     for (const Vector3& c : surface_points_of(arguments_, recording)) {
         const Vector3 in_image = frame_.image_from_base * c;
-        if (surface_.find(in_image).distance <= reach_m) measured.points.push_back(in_image);
+        if (surface_.find(in_image).distance <= reach_m)
+            measured.points.push_back(in_image);
+        else
+            ++left_out_;
     }
     return measured;
 }
 
 void LiveSweep::take(const Recording& so_far) {
     const MeasuredOrgan organ = measured(so_far);
-    left_out_ = surface_points_of(arguments_, so_far).size() - organ.points.size();
     if (organ.points.size() == fitted_points_) return;
     fitted_points_ = organ.points.size();
     DeformedOrgan found;

@@ -30,8 +30,9 @@ class LiveSweep {
 
     /// Fits all points so far, if there are new ones and enough.
     void take(const Recording& so_far);
-    /// The points of a recording in the image that are near enough to the organ, and the landmarks.
-    MeasuredOrgan measured(const Recording& recording) const;
+    /// The points of a recording in the image that are near enough to the organ, and the landmarks;
+    /// counts those left out.
+    MeasuredOrgan measured(const Recording& recording);
     /// "184 points, 1.92 mm from the surface, error within 4.2 mm (Tumour)", or what is waited for.
     const std::string& text() const { return text_; }
     /// Of the first fit, with its set-up, s; none: there were too few points.

@@ -283,8 +283,7 @@ void add_fit(const std::string& source, const DeformedOrgan& found, double time_
     if (!r.converged)
         history.failure = fmt::format(
             "{}: the registration did not converge in {} ({}): the points are {:.2f} mm RMS from "
-            "the "
-            "surface, {:.2f} mm before; the result holds the state reached",
+            "the surface, {:.2f} mm before; the result holds the state reached",
             source, counted(r.iterations, "iteration"), r.reason, 1e3 * r.rms_m,
             1e3 * r.rms_before_m);
     else if (!history.converged)

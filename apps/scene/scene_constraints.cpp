@@ -75,16 +75,16 @@ void SceneConstraints::restrict_to(const PartitionedMesh& share) {
     for (std::size_t i = 0; i < share.nodes.size(); ++i)
         local_of[share.nodes[i]] = static_cast<std::int32_t>(i);
     for (Driven& d : driven_) {
-        Driven local = d;
-        local.nodes.clear();
-        local.arms.clear();
+        std::vector<std::int32_t> nodes;
+        std::vector<Vector3> arms;
         for (std::size_t k = 0; k < d.nodes.size(); ++k) {
             const std::int32_t n = local_of[d.nodes[k]];
             if (n < 0) continue;
-            local.nodes.push_back(n);
-            local.arms.push_back(d.arms[k]);
+            nodes.push_back(n);
+            arms.push_back(d.arms[k]);
         }
-        d = std::move(local);
+        d.nodes = std::move(nodes);
+        d.arms = std::move(arms);
     }
     constraints_.components = local_part<std::uint8_t>(share, constraints_.components);
     constraints_.values = local_part<Vector3>(share, constraints_.values);
