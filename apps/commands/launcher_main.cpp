@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
+#include <string>
 #include <string_view>
 #include <system_error>
 
@@ -29,6 +31,18 @@ const char* program_for([[maybe_unused]] std::string_view command) {
     return "livetet-lean";
 }
 
+/// Has the C library take memory in pages of 2 MB where the system gives them on request. A mesh
+/// of millions of tets touches its memory for the first time twice as fast, and its sweeps over
+/// matrices miss fewer translations. The library reads this when a program starts, and only then.
+void ask_for_large_pages() {
+    constexpr std::string_view key = "glibc.malloc.hugetlb";
+    const char* given = std::getenv("GLIBC_TUNABLES");
+    const std::string others = given ? given : "";
+    if (others.find(key) != std::string::npos) return;  // the user's word
+    const std::string all = fmt::format("{}{}{}=1", others, others.empty() ? "" : ":", key);
+    ::setenv("GLIBC_TUNABLES", all.c_str(), 1);
+}
+
 /// As the programs do: a full disk is an error.
 void print_version() {
     if (std::puts(livetet::version_text().c_str()) < 0 || std::fflush(stdout) != 0)
@@ -43,6 +57,7 @@ int main(int argc, char** argv) {
             print_version();
             return 0;
         }
+        ask_for_large_pages();
         const std::filesystem::path programs = livetet::program_folder() / LIVETET_PROGRAMS;
         const char* program = program_for(argc > 1 ? argv[1] : "");
         livetet::run_instead((programs / program).lexically_normal(), argv);
