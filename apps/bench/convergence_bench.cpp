@@ -14,7 +14,7 @@
 #include "base/progress.hpp"
 #include "base/work_folder.hpp"
 #include "io/hierarchy_file.hpp"
-#include "meshing/refine.hpp"
+#include "mesh/refine.hpp"
 #ifdef LIVETET_IMAGES
 #include "apps/bench/convergence_bodies.hpp"
 #include "apps/plots/pictures.hpp"

@@ -18,7 +18,7 @@
 #include "io/hierarchy_file.hpp"
 #include "io/text.hpp"
 #include "mesh/quadratic.hpp"
-#include "meshing/refine.hpp"
+#include "mesh/refine.hpp"
 #include "solvers/linear/live_support.hpp"
 #include "solvers/parallel/partition.hpp"
 #ifdef LIVETET_IMAGES

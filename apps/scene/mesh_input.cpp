@@ -14,8 +14,8 @@
 #include "io/dicom_name.hpp"
 #include "io/image_file.hpp"
 #include "io/surface_file.hpp"
+#include "mesh/refine.hpp"
 #include "meshing/interfaces.hpp"
-#include "meshing/refine.hpp"
 
 namespace livetet {
 

@@ -17,7 +17,7 @@ using nlohmann::json;
 
 constexpr const char* state_format = "livetet checkpoint";
 constexpr const char* frame_format = "livetet frame";
-constexpr int checkpoint_version = 1;
+constexpr int checkpoint_version = 2;  // 1: other numbers in refined and P2 meshes
 constexpr const char* state_file = "checkpoint.h5";
 
 /// The communicator for files. One rank writes and reads as a process without MPI does.

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <numeric>
 
+#include "base/error.hpp"
+#include "mesh/mesh_edges.hpp"
+
 namespace livetet {
 
 namespace {
@@ -16,31 +19,34 @@ std::uint64_t edge_key(std::int32_t a, std::int32_t b) {
 
 TetMesh quadratic_mesh(const TetMesh& linear) {
     TetMesh mesh = linear;
+    const auto corners = static_cast<std::int32_t>(linear.nodes.size());
+    const Lists edges = edges_by_lower_end(linear.tets, linear.nodes.size());
+    const auto middle = [&](std::int32_t a, std::int32_t b) {
+        const std::int32_t edge = edge_between(edges, a, b);
+        if (edge < 0)
+            fail("triangle sets: found an edge {}-{}, which the mesh does not have", a, b);
+        return corners + edge;
+    };
+    mesh.nodes.reserve(linear.nodes.size() + edges.items.size());
+    for (std::int32_t a = 0; a < corners; ++a)
+        for (const std::int32_t b : edges[static_cast<std::size_t>(a)])
+            mesh.nodes.push_back((linear.nodes[a] + linear.nodes[b]) / 2);
     mesh.edge_nodes.resize(mesh.tets.size());
-    std::unordered_map<std::uint64_t, std::int32_t> middles;
-    middles.reserve(2 * mesh.tets.size());
     for (std::size_t e = 0; e < mesh.tets.size(); ++e)
-        for (int k = 0; k < 6; ++k) {
-            const std::int32_t a = mesh.tets[e][tet_edges[k][0]], b = mesh.tets[e][tet_edges[k][1]];
-            const auto [place, fresh] =
-                middles.try_emplace(edge_key(a, b), static_cast<std::int32_t>(mesh.nodes.size()));
-            if (fresh) mesh.nodes.push_back((mesh.nodes[a] + mesh.nodes[b]) / 2);
-            mesh.edge_nodes[e][k] = place->second;
-        }
+        for (int k = 0; k < 6; ++k)
+            mesh.edge_nodes[e][k] =
+                middle(mesh.tets[e][tet_edges[k][0]], mesh.tets[e][tet_edges[k][1]]);
     for (auto& [name, nodes] : mesh.node_sets) {
         std::vector<std::int32_t> more;
         if (const auto triangles = mesh.triangle_sets.find(name);
             triangles != mesh.triangle_sets.end()) {
             for (const Triangle& t : triangles->second)
-                for (int k = 0; k < 3; ++k)
-                    more.push_back(middles.at(edge_key(t[k], t[(k + 1) % 3])));
+                for (int k = 0; k < 3; ++k) more.push_back(middle(t[k], t[(k + 1) % 3]));
         } else {
-            for (const auto& [key, middle] : middles)
-                if (std::binary_search(nodes.begin(), nodes.end(),
-                                       static_cast<std::int32_t>(key >> 32)) &&
-                    std::binary_search(nodes.begin(), nodes.end(),
-                                       static_cast<std::int32_t>(key & 0xffffffff)))
-                    more.push_back(middle);
+            for (const std::int32_t a : nodes)
+                for (const std::int32_t b : edges[static_cast<std::size_t>(a)])
+                    if (std::binary_search(nodes.begin(), nodes.end(), b))
+                        more.push_back(middle(a, b));
         }
         nodes.insert(nodes.end(), more.begin(), more.end());
         std::sort(nodes.begin(), nodes.end());

@@ -8,8 +8,8 @@
 
 namespace livetet {
 
-/// The same body with ten-node tets (P2): adds the midpoints of the edges after the corner nodes.
-/// Edges stay straight. A node set also receives the midpoints of its edges: those of the triangle
+/// The same body with ten-node tets (P2): adds the midpoints of the edges after the corner nodes, in
+/// the order of edges_by_lower_end. Edges stay straight. A node set also receives the midpoints of its edges: those of the triangle
 /// set of the same name if there is one, else of all edges whose two ends are in the set.
 TetMesh quadratic_mesh(const TetMesh& linear);
 

@@ -1,4 +1,4 @@
-#include "meshing/refine.hpp"
+#include "mesh/refine.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "mechanics/rigid_motions.hpp"
-#include "meshing/refine.hpp"
+#include "mesh/refine.hpp"
 #include "solvers/linear/coarse_body.hpp"
 #include "solvers/parallel/partition.hpp"
 #include "support/shapes.hpp"

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "base/error.hpp"
-#include "meshing/refine.hpp"
+#include "mesh/refine.hpp"
 #include "support/ranks.hpp"
 #include "support/shapes.hpp"
 

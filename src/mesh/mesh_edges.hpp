@@ -1,0 +1,15 @@
+#pragma once
+
+#include "base/lists.hpp"
+#include "mesh/tet_mesh.hpp"
+
+namespace livetet {
+
+/// The edges of tets with nodes 0 to nodes - 1, by their lower ends: list n has the nodes above n
+/// that an edge joins it to, rising. An edge's number is its place among the items of all lists.
+Lists edges_by_lower_end(std::span<const Tet> tets, std::size_t nodes);
+
+/// Number of the edge between two nodes; -1 if there is none.
+std::int32_t edge_between(const Lists& edges, std::int32_t a, std::int32_t b);
+
+}  // namespace livetet
