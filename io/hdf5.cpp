@@ -126,6 +126,12 @@ void File::together(const std::function<void()>& work) const {
     hdf5::together(ranks_ > 1 ? comm_ : MPI_COMM_SELF, work);
 }
 
+std::size_t File::sum(std::size_t here) const {
+    std::uint64_t all = here;
+    if (ranks_ > 1) MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPI_UINT64_T, MPI_SUM, comm_);
+    return all;
+}
+
 File File::create(const std::filesystem::path& path, const std::string& shown, MPI_Comm comm) {
     begin();
     int rank = 0, ranks = 1;
@@ -226,17 +232,31 @@ void File::write_share(const std::string& name, std::size_t rows, std::span<cons
     if (values.size() != share.size() * columns)
         fail("{}: table {}: found {} numbers on a rank, expected {} for each of {} rows", shown_,
              name, values.size(), columns, share.size());
+    write_some(name, rows, share.first, values, columns);
+}
+
+template <class T>
+void File::write_parts(const std::string& name, std::span<const T> mine, std::size_t columns) {
+    std::uint64_t here = mine.size() / columns, end = here;
+    if (ranks_ > 1) MPI_Scan(&here, &end, 1, MPI_UINT64_T, MPI_SUM, comm_);
+    write_some(name, sum(here), end - here, mine, columns);
+}
+
+template <class T>
+void File::write_some(const std::string& name, std::size_t rows, std::size_t first,
+                      std::span<const T> values, std::size_t columns) {
+    const std::size_t count_here = values.size() / columns;
     const Handle links = with_groups(), space = space_of(rows, columns);
     const Handle data(H5Dcreate2(file_.id(), name.c_str(), stored_type<T>(), space.id(), links.id(),
                                  H5P_DEFAULT, H5P_DEFAULT),
                       H5Dclose);
-    const Handle mine = space_of(rows, columns), memory = space_of(share.size(), columns);
-    const hsize_t start[2] = {share.first, 0}, count[2] = {share.size(), columns};
-    const bool bad = data.id() < 0 ||
-                     (share.size() > 0 && (H5Sselect_hyperslab(mine.id(), H5S_SELECT_SET, start,
-                                                               nullptr, count, nullptr) < 0 ||
-                                           H5Dwrite(data.id(), memory_type<T>(), memory.id(),
-                                                    mine.id(), H5P_DEFAULT, values.data()) < 0));
+    const Handle mine = space_of(rows, columns), memory = space_of(count_here, columns);
+    const hsize_t start[2] = {first, 0}, count[2] = {count_here, columns};
+    const bool bad =
+        data.id() < 0 || (count_here > 0 && (H5Sselect_hyperslab(mine.id(), H5S_SELECT_SET, start,
+                                                                 nullptr, count, nullptr) < 0 ||
+                                             H5Dwrite(data.id(), memory_type<T>(), memory.id(),
+                                                      mine.id(), H5P_DEFAULT, values.data()) < 0));
     if (bad) fail("{}: the table {} cannot be written (is the disk full?)", shown_, name);
     if (const haddr_t place = H5Dget_offset(data.id()); place != HADDR_UNDEF)
         end_ = std::max<std::size_t>(end_, place + H5Dget_storage_size(data.id()));
@@ -433,6 +453,7 @@ void check_format(const File& file, const std::string& format, int version) {
     template void File::create_growing<T>(const std::string&, std::size_t);                       \
     template void File::write_rows<T>(const std::string&, std::size_t, std::span<const T>,        \
                                       std::size_t);                                               \
+    template void File::write_parts<T>(const std::string&, std::span<const T>, std::size_t);      \
     template void File::write_share<T>(const std::string&, std::size_t, std::span<const T>,       \
                                        std::size_t);                                              \
     template std::vector<T> File::read_range<T>(const std::string&, RowRange, std::size_t) const; \

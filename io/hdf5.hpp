@@ -73,6 +73,11 @@ class File {
     template <class T>
     void write_share(const std::string& name, std::size_t rows, std::span<const T> mine,
                      std::size_t columns);
+    /// The same of a table of which each rank has some rows, those of lower ranks first.
+    template <class T>
+    void write_parts(const std::string& name, std::span<const T> mine, std::size_t columns);
+    /// The sum over the ranks that write the file.
+    std::size_t sum(std::size_t here) const;
     /// This rank's share of the rows.
     RowRange share_of(std::size_t rows) const { return row_range(rows, rank_, ranks_); }
     /// Work of each rank, without messages. If it throws on one, all throw the first one's error.
@@ -120,6 +125,10 @@ class File {
   private:
     File(Handle file, std::string shown) : file_(std::move(file)), shown_(std::move(shown)) {}
     Handle dataset(const std::string& name) const;
+    /// Writes some of a new table's rows, those from number `first` on.
+    template <class T>
+    void write_some(const std::string& name, std::size_t rows, std::size_t first,
+                    std::span<const T> mine, std::size_t columns);
     /// Reads everything in a group that any later access could interpret.
     static File open_here(const std::filesystem::path& path);
     void go_through(const std::string& group, int depth) const;

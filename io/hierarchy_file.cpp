@@ -155,27 +155,27 @@ void read_hexahedra(const hdf5::File& file, const std::string& group, TetMesh& m
 }  // namespace
 
 void write_mesh(hdf5::File& file, const std::string& group, const TetMesh& mesh) {
-    file.write<double>(group + "/nodes", flat<double>(mesh.nodes), 3);
+    file.write_parts<double>(group + "/nodes", flat<double>(mesh.nodes), 3);
     if (mesh.hexahedra.empty())
-        file.write<std::int32_t>(group + "/tets", flat<std::int32_t>(mesh.tets), 4);
+        file.write_parts<std::int32_t>(group + "/tets", flat<std::int32_t>(mesh.tets), 4);
     else
         write_hexahedra(file, group, mesh);
-    if (!mesh.edge_nodes.empty()) {
+    if (file.sum(mesh.edge_nodes.size()) > 0) {
         // One table with all ten nodes, as XDMF's Tetrahedron_10 requires.
         std::vector<std::int32_t> ten;
         for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
             ten.insert(ten.end(), mesh.tets[e].begin(), mesh.tets[e].end());
             ten.insert(ten.end(), mesh.edge_nodes[e].begin(), mesh.edge_nodes[e].end());
         }
-        file.write<std::int32_t>(group + "/ten_node_tets", ten, 10);
+        file.write_parts<std::int32_t>(group + "/ten_node_tets", ten, 10);
     }
-    if (!mesh.regions.empty() && mesh.hexahedra.empty())
-        file.write<std::int32_t>(group + "/regions", mesh.regions, 1);
+    if (mesh.hexahedra.empty() && file.sum(mesh.regions.size()) > 0)
+        file.write_parts<std::int32_t>(group + "/regions", mesh.regions, 1);
     for (const auto& [name, nodes] : mesh.node_sets)
-        file.write<std::int32_t>(group + "/node_sets/" + escape(name), nodes, 1);
+        file.write_parts<std::int32_t>(group + "/node_sets/" + escape(name), nodes, 1);
     for (const auto& [name, triangles] : mesh.triangle_sets)
-        file.write<std::int32_t>(group + "/triangle_sets/" + escape(name),
-                                 flat<std::int32_t>(triangles), 3);
+        file.write_parts<std::int32_t>(group + "/triangle_sets/" + escape(name),
+                                       flat<std::int32_t>(triangles), 3);
 }
 
 std::size_t bytes_written(const TetMesh& mesh) {

@@ -29,7 +29,9 @@ std::optional<ImageGrid> read_image_grid(const std::filesystem::path& path);
 /// format, sizes, indices, inverted tets, weights that do not sum to one.
 MeshHierarchy read_hierarchy(const std::filesystem::path& path);
 
-/// Write and read one mesh in a group of an HDF5 file; also used by other formats.
+/// Write and read one mesh in a group of an HDF5 file; also used by other formats. Of a file that
+/// several ranks write, each gives its rows of the mesh: some of its nodes, of its tets and of each
+/// set, those of lower ranks first, in numbers of the whole mesh; all ranks name all sets.
 void write_mesh(hdf5::File& file, const std::string& group, const TetMesh& mesh);
 /// Size of the mesh's tables in a file, bytes.
 std::size_t bytes_written(const TetMesh& mesh);

@@ -49,22 +49,21 @@ std::string field_table(const std::string& name, std::size_t k) {
 
 ResultWriter::ResultWriter(const fs::path& path, const TetMesh& mesh, const std::string& scene_text,
                            Precision precision, MPI_Comm comm)
-    : path_(path),
-      nodes_(mesh.nodes.size()),
-      tets_(mesh.tets.size()),
-      hexahedra_(mesh.hexahedra.size()),
-      first_nodes_(nodes_),
-      regions_(!mesh.regions.empty()),
-      quadratic_(!mesh.edge_nodes.empty()),
-      precision_(precision) {
+    : path_(path), hexahedra_(mesh.hexahedra.size()), precision_(precision) {
     if (ending(path) != ".h5")
         fail("{}: the name ends in '{}', expected .h5 for a result", path.string(), ending(path));
-    check_tet_mesh(mesh, path.string());
+    int ranks = 1;
+    if (comm != MPI_COMM_SELF) MPI_Comm_size(comm, &ranks);
+    if (ranks == 1) check_tet_mesh(mesh, path.string());
     std::string temporary;
     std::tie(pending_, temporary) = hdf5::begin_pending(path, comm);
     if (pending_) warn_of_left_parts(path);
     file_ = std::make_unique<hdf5::File>(hdf5::File::create(temporary, path.string(), comm));
-    if (!file_->reserve(bytes_written(mesh) + scene_text.size() + room_beside))
+    nodes_ = first_nodes_ = file_->sum(mesh.nodes.size());
+    tets_ = file_->sum(mesh.tets.size());
+    regions_ = file_->sum(mesh.regions.size()) > 0;
+    quadratic_ = file_->sum(mesh.edge_nodes.size()) > 0;
+    if (!file_->reserve(file_->sum(bytes_written(mesh)) + scene_text.size() + room_beside))
         fail("{}: no room on the disk for the mesh", path.string());
     hdf5::write_format(*file_, result_format, result_version);
     file_->write_text("scene", scene_text);

@@ -35,7 +35,7 @@ class ResultWriter {
     /// Throws Error if the extension is not .h5 or the file cannot be written. The ranks of a
     /// communicator write collectively: each calls the member functions in the same order with the
     /// same values, but for displacements and fields, of which each gives its share of the rows
-    /// alone (see row_range).
+    /// alone (see row_range), and the mesh, of which each gives its rows (see write_mesh).
     ResultWriter(const std::filesystem::path& path, const TetMesh& mesh,
                  const std::string& scene_text, Precision precision = Precision::full,
                  MPI_Comm comm = MPI_COMM_SELF);
@@ -92,10 +92,10 @@ class ResultWriter {
     void write_waiting(GrowingTable& table);
 
     std::map<std::string, GrowingTable> tables_;
-    std::size_t nodes_, tets_, hexahedra_;  ///< of the present mesh
-    std::size_t first_nodes_;               ///< of the first mesh
+    std::size_t nodes_ = 0, tets_ = 0, hexahedra_;  ///< of the present mesh
+    std::size_t first_nodes_ = 0;                   ///< of the first mesh
     std::vector<LaterMesh> later_;
-    bool regions_, quadratic_;
+    bool regions_ = false, quadratic_ = false;
     std::vector<Field> fields_;
     std::vector<double> times_;
     Precision precision_;

@@ -33,11 +33,12 @@ std::string bound_of(const RankMemory& memory, std::size_t tets, int ranks) {
     return memory.program > memory.own ? "the program itself" : "its own share";
 }
 
-void explain_ranks(const std::vector<LevelSize>& levels, std::span<const int> ranks) {
+/// `of_ranks`: levels that several ranks make from their own parts.
+void explain_ranks(const std::vector<LevelSize>& levels, std::span<const int> ranks, int of_ranks) {
     fmt::print("\n{:<8} {:>9} {:>9} | {:>9} {:>9} {:>9}   {}\n", "ranks", "tets each", "MB each",
                "own", "whole", "program", "bound by");
     for (const int n : ranks) {
-        const RankMemory memory = memory_of_rank(levels, n);
+        const RankMemory memory = memory_of_rank(levels, n, of_ranks);
         const std::size_t tets = levels.front().tets;
         fmt::print("{:<8} {:>9} {:>9.0f} | {:>9.0f} {:>9.0f} {:>9.0f}   {}\n", n,
                    tets / static_cast<std::size_t>(n), memory.sum() / 1e6, memory.own / 1e6,
@@ -61,7 +62,8 @@ void explain(const std::filesystem::path& path, std::span<const int> ranks) {
     for (const ExplainedPart& p : parts)
         fmt::print("{:<11} {:<22} {}\n", p.built ? "builds" : "leaves out", p.part, p.why);
     const std::vector<LevelSize> levels = explain_levels(hierarchy, multigrid);
-    if (!ranks.empty()) explain_ranks(levels, ranks);
+    if (!ranks.empty())
+        explain_ranks(levels, ranks, scene.mesh.refine + (scene.elements == Elements::p2 ? 1 : 0));
     if (scene.track) fmt::print("\n{}", describe_live_element(scene, tets));
     const int iterations = scene.solver.relative_tolerance > 1e-4 ? 7 : 15;
     fmt::print(

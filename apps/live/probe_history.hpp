@@ -16,7 +16,7 @@ class ProbeHistory {
         : points_(read_points_csv(options.points)),
           sampler_(mesh, positions_of(points_)),
           file_(options.displacements, points_) {
-        warn_of_points_outside(points_, sampler_);
+        warn_of_points_outside(points_, sampler_.distances());
     }
 
     /// `displacement`: of each node, m. Throws Error if the disk is full.

@@ -135,7 +135,8 @@ void bind_sampler(py::module_& module) {
             "distance",
             [](const Sampler& s) {
                 std::vector<double> distance;
-                for (std::size_t i = 0; i < s.count; ++i) distance.push_back(s.points.distance(i));
+                const std::vector<double>& all = s.points.distances();
+                distance.assign(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(s.count));
                 return owned(std::move(distance), {static_cast<py::ssize_t>(s.count)});
             },
             "Distance of each point from the mesh, m; 0 inside. A copy.");

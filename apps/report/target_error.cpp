@@ -36,11 +36,11 @@ PointSampler place_targets(const RunResult& result, const Truth& truth) {
     for (const auto& target : truth.targets) places.push_back(target.position);
     PointSampler sampler(result.mesh, places);
     for (std::size_t i = 0; i < places.size(); ++i)
-        if (sampler.distance(i) > 0.01)
+        if (sampler.distances()[i] > 0.01)
             fail(
                 "{}: target {} of the truth is {:.1f} mm outside the mesh, expected the truth of "
                 "the same organ",
-                result.source, truth.targets[i].name, 1e3 * sampler.distance(i));
+                result.source, truth.targets[i].name, 1e3 * sampler.distances()[i]);
     return sampler;
 }
 

@@ -108,6 +108,31 @@ MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progre
 #endif
 }
 
+SceneMesh load_mesh_for(MPI_Comm comm, const Scene& scene, const ProgressCallback& progress) {
+    int ranks = 1;
+    MPI_Comm_size(comm, &ranks);
+    if (ranks == 1) return load_mesh(scene, progress);
+    Scene as_read = scene;
+    as_read.mesh.refine = 0;
+    SceneMesh mesh = load_mesh(as_read, progress);
+    mesh.refine = scene.mesh.refine;
+    if (mesh.refine > 0)
+        refuse_hexahedra(mesh.hierarchy, fmt::format("mesh.refine = {}", mesh.refine));
+    const std::size_t enough = min_tets_per_rank * static_cast<std::size_t>(ranks);
+    while (mesh.refine > 0 && mesh.hierarchy.levels.front().tets.size() < enough) {
+        mesh.hierarchy = with_refined_levels(std::move(mesh.hierarchy), 1);
+        --mesh.refine;
+    }
+    return mesh;
+}
+
+TetMesh finest_mesh(const Scene& scene, const SceneMesh& mesh) {
+    MeshHierarchy finest{{mesh.hierarchy.levels.front()}, {}, {}};
+    finest = with_refined_levels(std::move(finest), mesh.refine);
+    if (scene.elements == Elements::p2) return quadratic_mesh(finest.levels.front());
+    return std::move(finest.levels.front());
+}
+
 void refuse_hexahedra(const MeshHierarchy& hierarchy, const std::string& what) {
     if (!hierarchy.levels.front().hexahedra.empty())
         fail(
@@ -186,64 +211,84 @@ SolveControls solve_controls(const Scene& scene) {
             .linear_tolerance = scene.solver.relative_tolerance};
 }
 
-SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, Use use,
-                    const WholeMeshWork& with_whole) {
-    check_hexahedra_can(comm, scene, hierarchy);
-    check_materials(scene, hierarchy.levels.front());
-    SceneBody scene_body{std::move(hierarchy), nullptr};
-    if (scene.elements == Elements::p2)
-        scene_body.hierarchy = with_quadratic_level(std::move(scene_body.hierarchy));
-    const SolverOptions options = solver_options(scene, scene_body.hierarchy, use);
+namespace {
+
+/// The levels of several ranks: those of the hierarchy are partitioned, finer ones are made by each
+/// rank from its own part.
+DistributedHierarchy distribute(MPI_Comm comm, const Scene& scene, const MeshHierarchy& hierarchy,
+                                int refine, double& partition_s) {
+    const auto start = std::chrono::steady_clock::now();
+    const auto parts = partition_levels(comm, hierarchy, scene.solver.partitioner);
+    partition_s = seconds_since(start);
+    DistributedHierarchy levels{comm, hierarchy, parts};
+    for (int i = 0; i < refine; ++i) levels.add_refined();
+    if (scene.elements == Elements::p2) levels.add_quadratic();
+    return levels;
+}
+
+/// This rank's part of the finest mesh, with its sets, in place of the whole hierarchy. The number
+/// of levels stays.
+void keep_part(DistributedHierarchy& levels, MeshHierarchy& hierarchy) {
+    hierarchy.levels.assign(levels.levels.size(), {});
+    hierarchy.transfers = {};
+    hierarchy.parents = {};
+    TetMesh& mesh = hierarchy.levels.front() = local_mesh(levels.levels.front().share);
+    mesh.node_sets = std::move(levels.sets.nodes);
+    mesh.triangle_sets = std::move(levels.sets.triangles);
+    give_back_memory();
+}
+
+}  // namespace
+
+SceneBody make_body(MPI_Comm comm, const Scene& scene, SceneMesh mesh, Use use,
+                    const MeshWork& with_mesh) {
+    check_hexahedra_can(comm, scene, mesh.hierarchy);
+    check_materials(scene, mesh.hierarchy.levels.front());
+    SceneBody body{std::move(mesh.hierarchy), nullptr};
+    MeshHierarchy& used = body.hierarchy;
     int ranks = 1;
     MPI_Comm_size(comm, &ranks);
-    const auto start = std::chrono::steady_clock::now();
-    std::vector<std::vector<std::int32_t>> parts;
-    if (ranks > 1) parts = partition_levels(comm, scene_body.hierarchy, scene.solver.partitioner);
-    scene_body.partition_s = seconds_since(start);
-    MeshHierarchy& used = scene_body.hierarchy;
-    used.parents.clear();  // used for the partition only
-    if (const SolverKind kind = resolved_kind(options.kind, used.levels.size());
-        kind != SolverKind::multigrid && kind != SolverKind::live) {
-        used.levels.resize(1);  // the coarser levels are only used to partition the mesh
-        if (!parts.empty()) parts.resize(1);
+    const bool is_quadratic = scene.elements == Elements::p2;
+    if (ranks == 1) {
+        used = with_refined_levels(std::move(used), mesh.refine);
+        if (is_quadratic) used = with_quadratic_level(std::move(used));
+    }
+    used.parents.clear();
+    const SolverOptions options = solver_options(scene, used, use);
+    const std::size_t of_ranks = ranks == 1 ? 0 : mesh.refine + (is_quadratic ? 1 : 0);
+    const SolverKind kind = resolved_kind(options.kind, used.levels.size() + of_ranks);
+    const bool takes_levels = kind == SolverKind::multigrid || kind == SolverKind::live;
+    if (!takes_levels) {
+        used.levels.resize(1);
         used.transfers.clear();
     }
     ElasticModel model = elastic_model(scene);
     if (use != Use::track) model.has_graded_patches = false;  // no frame moves them
-    DistributedHierarchy distributed{comm, used, parts};
-    if (ranks > 1) {
-        parts = {};
-        used.transfers = {};
-        drop_coarser_meshes(used);
-    }
-    if (with_whole) {
-        const PartitionedMesh& share = distributed.levels.front().share;
-        with_whole(used.levels.front(), share);
-        if (ranks > 1) used.levels.front() = local_mesh(share);
-    }
-    if (ranks > 1) give_back_memory();
-    scene_body.body =
-        std::make_unique<DeformableBody>(std::move(distributed), model, scene.time, options);
-    if (scene_body.body->linear_solver().kind() != SolverKind::live)
+    DistributedHierarchy levels =
+        ranks == 1 ? DistributedHierarchy{comm, used}
+                   : distribute(comm, scene, used, mesh.refine, body.partition_s);
+    if (!takes_levels) levels.drop_coarser();
+    if (ranks > 1) keep_part(levels, used);
+    if (with_mesh) with_mesh(used.levels.front(), levels);
+    body.body = std::make_unique<DeformableBody>(std::move(levels), model, scene.time, options);
+    if (body.body->linear_solver().kind() != SolverKind::live)
         drop_coarser_meshes(used);  // the body has its own part of them
     if (ranks > 1) give_back_memory();
-    return scene_body;
+    return body;
 }
 
-HeldBody make_held_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy,
-                        const WholeMeshWork& with_whole) {
+HeldBody make_held_body(MPI_Comm comm, const Scene& scene, SceneMesh mesh,
+                        const MeshWork& with_mesh) {
     std::optional<SceneConstraints> constraints;
     std::vector<Vector3> forces;
-    const auto prescribe = [&](const TetMesh& whole, const PartitionedMesh& share) {
-        constraints.emplace(scene, whole);
-        check_no_free_motion(scene, whole, *constraints);
-        forces = scene_forces(scene, whole);
-        if (with_whole) with_whole(whole, share);
-        if (share.ranks == 1) return;
-        constraints->restrict_to(share);
-        if (!forces.empty()) forces = local_part<Vector3>(share, forces);
+    const auto prescribe = [&](const TetMesh& finest, const DistributedHierarchy& levels) {
+        const MeshPart part(finest, levels.levels.front().share);
+        constraints.emplace(scene, part);
+        check_no_free_motion(scene, part, levels.pieces, *constraints);
+        forces = scene_forces(scene, part);
+        if (with_mesh) with_mesh(finest, levels);
     };
-    SceneBody body = make_body(comm, scene, std::move(hierarchy), Use::solve, prescribe);
+    SceneBody body = make_body(comm, scene, std::move(mesh), Use::solve, prescribe);
     return {std::move(body), std::move(*constraints), std::move(forces)};
 }
 

@@ -22,6 +22,22 @@ MeshHierarchy load_mesh(const Scene& scene, const ProgressCallback& progress);
 MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progress,
                         const SceneGrading& grading);
 
+/// A hierarchy, and what of its refinement is left to the ranks.
+struct SceneMesh {
+    SceneMesh() = default;
+    SceneMesh(MeshHierarchy loaded)
+        : hierarchy(std::move(loaded)) {}  // NOLINT: a whole mesh is one
+    MeshHierarchy hierarchy;
+    int refine = 0;  ///< how often its finest level is to be refined
+};
+
+/// As load_mesh. On several ranks the mesh is refined on all of them only until there are tets for
+/// each (min_tets_per_rank). Collective.
+SceneMesh load_mesh_for(MPI_Comm comm, const Scene& scene, const ProgressCallback& progress);
+
+/// The finest mesh of a scene's body, whole, with what is left to do.
+TetMesh finest_mesh(const Scene& scene, const SceneMesh& mesh);
+
 /// Throws Error, naming what was asked for, if the mesh is a grid of hexahedra.
 void refuse_hexahedra(const MeshHierarchy& hierarchy, const std::string& what);
 
@@ -44,27 +60,27 @@ SolverOptions solver_options(const Scene& scene, const MeshHierarchy& hierarchy,
 
 /// The mesh hierarchy of a scene and the body on it.
 struct SceneBody {
-    /// On one rank the body refers to its transfers; on several there are none. Coarser meshes are
-    /// empty except for the live solver.
+    /// On one rank the body refers to its transfers; on several there are none, and the finest
+    /// level is this rank's part. Coarser meshes are empty except for the live solver.
     MeshHierarchy hierarchy;
     std::unique_ptr<DeformableBody> body;
     double partition_s = 0;  ///< time of METIS or PTScotch
 
-    /// The whole finest mesh; on several ranks, where make_body has called a WholeMeshWork, this
-    /// rank's part of it.
+    /// The finest mesh; on several ranks this rank's part of it.
     const TetMesh& mesh() const { return hierarchy.levels.front(); }
     const PartitionedMesh& share() const { return body->linear_solver().fine().share(); }
     std::size_t node_count() const { return share().total; }  ///< of the whole mesh
     std::size_t tet_count() const { return body->linear_solver().tet_count(); }
 };
 
-/// What is made of the whole finest mesh, and of this rank's part of it, before a body is.
-using WholeMeshWork = std::function<void(const TetMesh& whole, const PartitionedMesh& share)>;
+/// Work on the finest mesh before a body is made of it: `mesh` with its sets, on several ranks this
+/// rank's part.
+using MeshWork = std::function<void(const TetMesh& mesh, const DistributedHierarchy& levels)>;
 
-/// Calls `with_whole`, if it is given, as soon as each rank has its part. On several ranks the
-/// whole mesh is gone then, before elements and operators are made. Collective.
-SceneBody make_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy, Use use,
-                    const WholeMeshWork& with_whole = {});
+/// Calls `with_mesh`, if it is given, as soon as each rank has its part, before elements and
+/// operators are made. Collective.
+SceneBody make_body(MPI_Comm comm, const Scene& scene, SceneMesh mesh, Use use,
+                    const MeshWork& with_mesh = {});
 
 /// A body to be solved, and what its scene prescribes: on several ranks each has its part alone.
 struct HeldBody {
@@ -73,9 +89,9 @@ struct HeldBody {
     std::vector<Vector3> forces;  ///< see scene_forces
 };
 
-/// Throws Error if the scene leaves rigid motions free (check_no_free_motion). `with_whole`: what
-/// else is made of the whole mesh. Collective.
-HeldBody make_held_body(MPI_Comm comm, const Scene& scene, MeshHierarchy hierarchy,
-                        const WholeMeshWork& with_whole = {});
+/// Throws Error if the scene leaves rigid motions free (check_no_free_motion). `with_mesh`: what
+/// else is made of the mesh. Collective.
+HeldBody make_held_body(MPI_Comm comm, const Scene& scene, SceneMesh mesh,
+                        const MeshWork& with_mesh = {});
 
 }  // namespace livetet

@@ -2,7 +2,9 @@
 
 #include <fmt/ranges.h>
 
-#include <algorithm>
+#include <Eigen/Geometry>
+
+#include <set>
 
 #include "base/error.hpp"
 #include "image/mask_selection.hpp"
@@ -14,8 +16,22 @@ namespace livetet {
 
 namespace {
 
-std::vector<std::int32_t> selected(const TetMesh& mesh, const SelectionOptions& s,
+std::vector<std::int32_t> listed(const MeshPart& part, const SelectionOptions& s,
+                                 const std::string& key) {
+    for (const std::int32_t n : *s.nodes)
+        if (n < 0 || n >= static_cast<std::int64_t>(part.total()))
+            fail("{}.nodes names node {}, expected 0 to {}", key, n, part.total() - 1);
+    const std::set<std::int32_t> wanted(s.nodes->begin(), s.nodes->end());
+    std::vector<std::int32_t> nodes;
+    for (std::size_t n = 0; n < part.mesh().nodes.size(); ++n)
+        if (const auto local = static_cast<std::int32_t>(n); wanted.contains(part.number(local)))
+            nodes.push_back(local);
+    return nodes;
+}
+
+std::vector<std::int32_t> selected(const MeshPart& part, const SelectionOptions& s,
                                    const std::string& key) {
+    const TetMesh& mesh = part.mesh();
     const auto mm = [](double x, double y, double z) -> Vector3 { return Vector3(x, y, z) / 1e3; };
     if (s.mask) return nodes_in_mask(mesh, read_mask(*s.mask));
     if (s.group) {
@@ -38,27 +54,40 @@ std::vector<std::int32_t> selected(const TetMesh& mesh, const SelectionOptions& 
         const auto& b = *s.half_space_mm;
         return nodes_in_half_space(mesh, mm(b[0], b[1], b[2]), Vector3(b[3], b[4], b[5]));
     }
-    std::vector<std::int32_t> nodes(s.nodes->begin(), s.nodes->end());
-    for (const std::int32_t n : nodes)
-        if (n < 0 || n >= static_cast<std::int32_t>(mesh.nodes.size()))
-            fail("{}.nodes names node {}, expected 0 to {}", key, n, mesh.nodes.size() - 1);
-    std::sort(nodes.begin(), nodes.end());
-    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-    return nodes;
+    return listed(part, s, key);
+}
+
+/// Of local nodes those on the surface. What is around a ghost is known to its owner alone.
+std::vector<std::int32_t> on_surface(const MeshPart& part, std::span<const std::int32_t> nodes) {
+    std::vector<std::uint8_t> is_in(part.mesh().nodes.size(), 0);
+    for (const std::int32_t n : surface_nodes_among(part.mesh(), nodes)) is_in[n] = 1;
+    part.take_ghosts(is_in);
+    std::vector<std::int32_t> found;
+    for (std::size_t n = 0; n < is_in.size(); ++n)
+        if (is_in[n]) found.push_back(static_cast<std::int32_t>(n));
+    return found;
+}
+
+/// Of the whole mesh, m.
+Eigen::AlignedBox3d box_of(const MeshPart& part) {
+    Eigen::AlignedBox3d box;
+    for (const Vector3& x : part.mesh().nodes) box.extend(x);
+    if (part.comm() != MPI_COMM_SELF) {
+        MPI_Allreduce(MPI_IN_PLACE, box.min().data(), 3, MPI_DOUBLE, MPI_MIN, part.comm());
+        MPI_Allreduce(MPI_IN_PLACE, box.max().data(), 3, MPI_DOUBLE, MPI_MAX, part.comm());
+    }
+    return box;
 }
 
 }  // namespace
 
-std::vector<std::int32_t> select_nodes(const TetMesh& mesh, const SelectionOptions& s,
+std::vector<std::int32_t> select_nodes(const MeshPart& part, const SelectionOptions& s,
                                        const std::string& key) {
-    std::vector<std::int32_t> nodes = selected(mesh, s, key);
-    if (s.where == NodeScope::surface_only) nodes = surface_nodes_among(mesh, nodes);
-    if (nodes.empty()) {
-        Vector3 low = mesh.nodes.front(), high = low;
-        for (const Vector3& x : mesh.nodes) {
-            low = low.cwiseMin(x);
-            high = high.cwiseMax(x);
-        }
+    std::vector<std::int32_t> nodes = selected(part, s, key);
+    if (s.where == NodeScope::surface_only) nodes = on_surface(part, nodes);
+    if (part.count(nodes) == 0) {
+        const Eigen::AlignedBox3d box = box_of(part);
+        const Vector3 low = box.min(), high = box.max();
         fail(
             "{} selects no node; the mesh spans ({:.1f}, {:.1f}, {:.1f}) to ({:.1f}, {:.1f}, "
             "{:.1f}) mm",

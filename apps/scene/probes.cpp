@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <set>
 
 #include "base/log.hpp"
-#include "io/points_csv.hpp"
-#include "io/vector_table.hpp"
+#include "solvers/parallel/sum_over_ranks.hpp"
 
 namespace livetet {
 
@@ -46,33 +46,69 @@ TetMesh tets_at(const TetMesh& mesh, std::span<const Vector3> points,
 
 }  // namespace
 
-void warn_of_points_outside(const std::vector<NamedPoint>& points, const PointSampler& sampler) {
+void warn_of_points_outside(const std::vector<NamedPoint>& points,
+                            std::span<const double> distances) {
     for (std::size_t i = 0; i < points.size(); ++i)
-        if (sampler.distance(i) > 1e-3)
+        if (distances[i] > 1e-3)
             log_warning(fmt::format(
                 "probe {} is {:.1f} mm outside the mesh; its nearest surface point is used",
-                points[i].name, 1e3 * sampler.distance(i)));
+                points[i].name, 1e3 * distances[i]));
 }
 
-Probes::Probes(const ProbeOptions& options, const TetMesh& mesh, const PartitionedMesh& share)
-    : points_(read_points_csv(options.points)), owned_(share.owned) {
+namespace {
+
+/// How far each point is from the whole mesh, and the first rank whose part is as near. Collective.
+struct Nearest {
+    Nearest(const MeshPart& part, std::span<const Vector3> points)
+        : distances(points.size(), std::numeric_limits<double>::infinity()),
+          ranks(points.size(), 0) {
+        if (!part.mesh().tets.empty()) distances = map_into(part.mesh(), points).distance;
+        if (part.comm() == MPI_COMM_SELF) return;
+        struct Place {
+            double distance;
+            int rank;
+        };
+        int rank = 0;
+        MPI_Comm_rank(part.comm(), &rank);
+        std::vector<Place> places;
+        for (const double d : distances) places.push_back({d, rank});
+        MPI_Allreduce(MPI_IN_PLACE, places.data(), static_cast<int>(places.size()), MPI_DOUBLE_INT,
+                      MPI_MINLOC, part.comm());
+        for (std::size_t i = 0; i < places.size(); ++i) {
+            distances[i] = places[i].distance;
+            ranks[i] = places[i].rank;
+        }
+    }
+    std::vector<double> distances;  ///< m
+    std::vector<int> ranks;
+};
+
+}  // namespace
+
+Probes::Probes(std::vector<NamedPoint> points, const MeshPart& part)
+    : points_(std::move(points)), comm_(part.comm()) {
     const std::vector<Vector3> places = positions_of(points_);
-    std::vector<std::int32_t> nodes;
-    sampler_.emplace(tets_at(mesh, places, nodes), places);
-    const std::vector<PetscInt> number_of_node = node_numbers(share);
+    Nearest nearest(part, places);
+    distances_ = std::move(nearest.distances);
     int rank = 0;
-    MPI_Comm_rank(share.comm, &rank);
-    std::vector<PetscInt> used;
-    if (rank == 0)
-        for (const std::int32_t n : nodes) used.push_back(number_of_node[n]);
-    nodes_.emplace(share.comm, static_cast<std::size_t>(share.owned), used);
-    if (rank == 0) warn_of_points_outside(points_, *sampler_);
+    if (comm_ != MPI_COMM_SELF) MPI_Comm_rank(comm_, &rank);
+    std::vector<Vector3> here;
+    for (std::size_t i = 0; i < places.size(); ++i)
+        if (nearest.ranks[i] == rank) {
+            mine_.push_back(i);
+            here.push_back(places[i]);
+        }
+    if (!here.empty()) sampler_.emplace(tets_at(part.mesh(), here, nodes_), here);
 }
 
 std::vector<Vector3> Probes::sample(std::span<const Vector3> local) const {
-    const std::vector<Vector3> own(local.begin(), local.begin() + owned_);
-    const std::vector<double> of_tets = nodes_->from_owners(flat(own), 3);
-    return of_tets.empty() ? std::vector<Vector3>{} : sampler_->sample(vectors_of(of_tets));
+    std::vector<Vector3> at_points(points_.size(), Vector3::Zero()), of_tets;
+    for (const std::int32_t n : nodes_) of_tets.push_back(local[n]);
+    for (std::size_t k = 0; k < mine_.size(); ++k)
+        at_points[mine_[k]] = sampler_->sample(k, of_tets);
+    if (comm_ != MPI_COMM_SELF && !at_points.empty())
+        sum_over_ranks(comm_, {at_points.front().data(), 3 * at_points.size()});
+    return at_points;
 }
 
 }  // namespace livetet

@@ -32,8 +32,9 @@ struct RankMemory {
     double sum() const { return own + whole + program; }
 };
 
-/// The memory of a solve on so many ranks; `levels`: the finest first. Boxes of 20,000 to 1.4
+/// The memory of a solve on so many ranks; `levels`: the finest first. Several ranks make the first
+/// `of_ranks` of them from their own parts (refinements, ten-node tets). Boxes of 20,000 to 1.4
 /// million P1 tets took what this says on 1 to 8 ranks, within a tenth.
-RankMemory memory_of_rank(std::span<const LevelSize> levels, int ranks);
+RankMemory memory_of_rank(std::span<const LevelSize> levels, int ranks, int of_ranks);
 
 }  // namespace livetet

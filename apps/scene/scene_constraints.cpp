@@ -21,18 +21,23 @@ std::uint8_t component_bits(const std::string& components) {
     return bits;
 }
 
+Vector3 mean_place(const MeshPart& part, std::span<const std::int32_t> nodes) {
+    std::array<double, 3> sum{};
+    for (const std::int32_t n : nodes)
+        if (n < part.owned()) Vector3::Map(sum.data()) += part.mesh().nodes[n];
+    part.sum(sum);
+    return Vector3::Map(sum.data()) / static_cast<double>(part.count(nodes));
+}
+
 }  // namespace
 
-SceneConstraints::SceneConstraints(const Scene& scene, const TetMesh& mesh)
-    : constraints_(mesh.nodes.size()) {
+SceneConstraints::SceneConstraints(const Scene& scene, const MeshPart& part)
+    : comm_(part.comm()), owned_(part.owned()), constraints_(part.mesh().nodes.size()) {
     for (std::size_t i = 0; i < scene.drive.size(); ++i) {
         const DriveOptions& d = scene.drive[i];
         const std::string key = fmt::format("drive[{}]", i);
-        const std::vector<std::int32_t> nodes = select_nodes(mesh, d, key);
-        Vector3 centre = Vector3::Zero();
-        for (const std::int32_t n : nodes)
-            centre += mesh.nodes[n] / static_cast<double>(nodes.size());
-        if (d.centre_mm) centre = *d.centre_mm / 1e3;
+        const std::vector<std::int32_t> nodes = select_nodes(part, d, key);
+        const Vector3 centre = d.centre_mm ? *d.centre_mm / 1e3 : mean_place(part, nodes);
         TrackerNoise noise(d.noise_mm / 1e3, 0, static_cast<std::uint64_t>(d.noise_seed));
         const Vector3 error = noise(TrackedPose{}).translation;
         add({.key = key,
@@ -42,57 +47,32 @@ SceneConstraints::SceneConstraints(const Scene& scene, const TetMesh& mesh)
              .components = component_bits(d.components),
              .stiffness = d.stiffness_N_per_m,
              .ramp_s = d.ramp_s},
-            mesh, centre);
+            part, centre);
     }
     for (std::size_t i = 0; i < scene.fix.size(); ++i) {
         const FixOptions& f = scene.fix[i];
         const std::string key = fmt::format("fix[{}]", i);
         add({.key = key,
-             .nodes = select_nodes(mesh, f, key),
+             .nodes = select_nodes(part, f, key),
              .components = component_bits(f.components),
              .stiffness = f.stiffness_N_per_m},
-            mesh);
+            part);
     }
-    if (std::vector<std::int32_t> resting = resting_nodes(scene, mesh); !resting.empty())
-        add({.key = "free_pieces", .nodes = std::move(resting)}, mesh);
+    if (std::vector<std::int32_t> resting = resting_nodes(scene, part.mesh()); !resting.empty())
+        add({.key = "free_pieces", .nodes = std::move(resting)}, part);
     move_to_share(0);
 }
 
-void SceneConstraints::add(Driven d, const TetMesh& mesh, const Vector3& centre) {
-    for (const std::int32_t n : d.nodes) d.arms.push_back(mesh.nodes[n] - centre);
-    d.count = static_cast<double>(d.nodes.size());
+void SceneConstraints::add(Driven d, const MeshPart& part, const Vector3& centre) {
+    const std::vector<Vector3>& places = part.mesh().nodes;
+    for (const std::int32_t n : d.nodes) d.arms.push_back(places[n] - centre);
+    d.count = static_cast<double>(part.count(d.nodes));
     if (d.stiffness) {
-        springs_.stiffness.resize(mesh.nodes.size(), 0);
-        springs_.target.resize(mesh.nodes.size(), Vector3::Zero());
+        springs_.stiffness.resize(places.size(), 0);
+        springs_.target.resize(places.size(), Vector3::Zero());
         for (const std::int32_t n : d.nodes) springs_.stiffness[n] += *d.stiffness / d.count;
     }
     driven_.push_back(std::move(d));
-}
-
-void SceneConstraints::restrict_to(const PartitionedMesh& share) {
-    shared_ = {share.comm, share.owned};
-    std::vector<std::int32_t> local_of(share.total, -1);
-    for (std::size_t i = 0; i < share.nodes.size(); ++i)
-        local_of[share.nodes[i]] = static_cast<std::int32_t>(i);
-    for (Driven& d : driven_) {
-        std::vector<std::int32_t> nodes;
-        std::vector<Vector3> arms;
-        for (std::size_t k = 0; k < d.nodes.size(); ++k) {
-            const std::int32_t n = local_of[d.nodes[k]];
-            if (n < 0) continue;
-            nodes.push_back(n);
-            arms.push_back(d.arms[k]);
-        }
-        d.nodes = std::move(nodes);
-        d.arms = std::move(arms);
-    }
-    constraints_.components = local_part<std::uint8_t>(share, constraints_.components);
-    constraints_.values = local_part<Vector3>(share, constraints_.values);
-    if (!springs_.empty()) {
-        springs_.stiffness = local_part<double>(share, springs_.stiffness);
-        springs_.target = local_part<Vector3>(share, springs_.target);
-    }
-    move_to_share(0);
 }
 
 void SceneConstraints::move(Driven& d, double share) {
@@ -113,12 +93,11 @@ std::vector<std::pair<std::string, Vector3>> SceneConstraints::forces(
     std::span<const Vector3> reactions, std::span<const Vector3> displacement) const {
     std::vector<std::pair<std::string, Vector3>> forces;
     std::vector<std::uint8_t> counted(reactions.size(), 0);
-    const auto owned = shared_ ? shared_->owned : static_cast<std::int32_t>(reactions.size());
     for (auto d = driven_.rbegin(); d != driven_.rend(); ++d) {
         Vector3 force = Vector3::Zero();
         for (std::size_t k = 0; k < d->nodes.size(); ++k) {
             const std::int32_t n = d->nodes[k];
-            if (n >= owned) continue;  // its owner counts it
+            if (n >= owned_) continue;  // its owner counts it
             if (d->stiffness) {
                 force += *d->stiffness / d->count * (d->values[k] - displacement[n]);
                 continue;
@@ -132,7 +111,7 @@ std::vector<std::pair<std::string, Vector3>> SceneConstraints::forces(
             }
             counted[n] |= d->components;
         }
-        if (shared_) sum_over_ranks(shared_->comm, {force.data(), 3});
+        if (comm_ != MPI_COMM_SELF) sum_over_ranks(comm_, {force.data(), 3});
         forces.emplace_back(d->key, force);
     }
     std::reverse(forces.begin(), forces.end());
@@ -149,13 +128,24 @@ void SceneConstraints::move_to_share(double share) {
     for (Driven& d : driven_) move(d, share);
 }
 
-void check_no_free_motion(const Scene& scene, const TetMesh& mesh,
+void check_no_free_motion(const Scene& scene, const MeshPart& part, const LevelPieces& pieces,
                           const SceneConstraints& constraints) {
     if (scene.time.is_dynamic()) return;
     std::vector<std::uint8_t> held = constraints.constraints().components;
     for (std::size_t n = 0; n < constraints.springs().stiffness.size(); ++n)
         if (constraints.springs().stiffness[n] > 0) held[n] = 7;
-    const std::vector<FreeMotion> free = free_rigid_motions(mesh, held);
+    std::vector<RigidMotionConstraints> of_piece = pieces.unconstrained();
+    for (std::int32_t n = 0; n < part.owned(); ++n)
+        if (held[n]) of_piece[pieces.of_node[n]].constrain(part.mesh().nodes[n], held[n]);
+    sum_over_ranks(part.comm(), of_piece);
+    std::vector<FreeMotion> free;
+    for (std::size_t p = 0; p < of_piece.size(); ++p) {
+        const std::vector<FreeMotion> more = free_motions(
+            of_piece[p], of_piece.size() == 1
+                             ? ""
+                             : fmt::format(" of the piece with node {}", pieces.all[p].node));
+        free.insert(free.end(), more.begin(), more.end());
+    }
     if (free.empty()) return;
     std::string list;
     for (std::size_t i = 0; i < std::min<std::size_t>(free.size(), 6); ++i)
@@ -165,6 +155,12 @@ void check_no_free_motion(const Scene& scene, const TetMesh& mesh,
         "the body is not held: {} rigid motion{} free in a static scene: {}; expected fix or drive "
         "to hold them",
         free.size(), free.size() == 1 ? " is" : "s are", list);
+}
+
+void check_no_free_motion(const Scene& scene, const TetMesh& whole,
+                          const SceneConstraints& constraints) {
+    if (!scene.time.is_dynamic())
+        check_no_free_motion(scene, whole, level_pieces(whole), constraints);
 }
 
 }  // namespace livetet

@@ -7,17 +7,16 @@
 
 #include "apps/scene/scene.hpp"
 #include "solvers/nonlinear/deformable_body.hpp"
+#include "solvers/parallel/level_pieces.hpp"
+#include "solvers/parallel/mesh_part.hpp"
 
 namespace livetet {
 
 /// The scene's fixed and driven nodes, hard and soft. Fixed nodes take precedence over driven ones.
 class SceneConstraints {
   public:
-    /// `mesh`: whole; it is not kept.
-    SceneConstraints(const Scene& scene, const TetMesh& mesh);
-
-    /// From here on all is of this rank's part of the mesh, in its local nodes.
-    void restrict_to(const PartitionedMesh& share);
+    /// Of the local nodes of `part`, which is not kept. Collective.
+    SceneConstraints(const Scene& scene, const MeshPart& part);
 
     /// Moves each driven set along its ramp to `time_s`.
     void move_to_time(double time_s);
@@ -27,7 +26,7 @@ class SceneConstraints {
     /// Force of each set on the body, N, by its key in the scene: of springs by their extension, of
     /// hard sets by the reactions of the components that they are the last to prescribe. Pieces
     /// that stay at rest because nothing holds them (`resting_nodes`) are the set "free_pieces".
-    /// Collective after `restrict_to`.
+    /// Collective.
     std::vector<std::pair<std::string, Vector3>> forces(
         std::span<const Vector3> reactions, std::span<const Vector3> displacement) const;
 
@@ -47,22 +46,21 @@ class SceneConstraints {
         double ramp_s = 0;
         std::vector<Vector3> values{};  ///< present displacements of the nodes
     };
-    /// What the ranks share, where it is restricted to a part.
-    struct Shared {
-        MPI_Comm comm;
-        std::int32_t owned;  ///< nodes of this rank
-    };
-    void add(Driven driven, const TetMesh& mesh, const Vector3& centre = Vector3::Zero());
+    void add(Driven driven, const MeshPart& part, const Vector3& centre = Vector3::Zero());
     void move(Driven& driven, double share);
 
-    std::optional<Shared> shared_;
+    MPI_Comm comm_;               ///< of the ranks; MPI_COMM_SELF where there are no others
+    std::int32_t owned_;          ///< nodes of this rank
     std::vector<Driven> driven_;  ///< fixed sets last, with zero displacement
     Constraints constraints_;
     Springs springs_;
 };
 
 /// Throws Error if a static scene leaves rigid motions of the body free: which, and how many.
-void check_no_free_motion(const Scene& scene, const TetMesh& mesh,
+/// `pieces`: of the mesh that `part` is of. Collective.
+void check_no_free_motion(const Scene& scene, const MeshPart& part, const LevelPieces& pieces,
+                          const SceneConstraints& constraints);
+void check_no_free_motion(const Scene& scene, const TetMesh& whole,
                           const SceneConstraints& constraints);
 
 }  // namespace livetet

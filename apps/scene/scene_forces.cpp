@@ -47,15 +47,16 @@ void add_to_half_face(const TetMesh& mesh, const Triangle& t, const Vector3& hal
 
 }  // namespace
 
-std::vector<Vector3> scene_forces(const Scene& scene, const TetMesh& mesh) {
+std::vector<Vector3> scene_forces(const Scene& scene, const MeshPart& part) {
+    const TetMesh& mesh = part.mesh();
     if (scene.gravity_m_per_s2 == Vector3::Zero() && scene.loads.empty()) return {};
     auto force = gravity_load(mesh, scene.materials, scene.gravity_m_per_s2);
     for (std::size_t i = 0; i < scene.loads.size(); ++i) {
         const LoadOptions& load = scene.loads[i];
         const std::string key = fmt::format("loads[{}]", i);
-        const auto nodes = select_nodes(mesh, load, key);
-        for (const std::int32_t n : nodes)
-            force[n] += load.force_N / static_cast<double>(nodes.size());
+        const auto nodes = select_nodes(part, load, key);
+        const auto count = static_cast<double>(part.count(nodes));
+        for (const std::int32_t n : nodes) force[n] += load.force_N / count;
         if (load.pressure_Pa == 0 && load.traction_Pa == Vector3::Zero()) continue;
         if (!mesh.hexahedra.empty() && load.traction_Pa != Vector3::Zero())
             fail(
@@ -63,7 +64,7 @@ std::vector<Vector3> scene_forces(const Scene& scene, const TetMesh& mesh) {
                 "the body's surface; expected force_N or pressure_Pa",
                 key);
         const std::vector<Triangle> triangles = loaded_triangles(mesh, load, nodes);
-        if (triangles.empty())
+        if (part.sum(static_cast<double>(triangles.size())) == 0)
             fail("{} selects no whole triangle of the surface for its traction or pressure", key);
         const EdgeNodes edges(mesh, triangles);
         for (const Triangle& t : triangles) {
@@ -76,6 +77,7 @@ std::vector<Vector3> scene_forces(const Scene& scene, const TetMesh& mesh) {
                 force[n] += (load.traction_Pa * area.norm() - load.pressure_Pa * area) / 3;
         }
     }
+    part.take_ghosts(force);  // what acts around a ghost is known to its owner alone
     return force;
 }
 

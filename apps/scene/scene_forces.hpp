@@ -3,11 +3,11 @@
 #include <vector>
 
 #include "apps/scene/scene.hpp"
-#include "mesh/tet_mesh.hpp"
+#include "solvers/parallel/mesh_part.hpp"
 
 namespace livetet {
 
-/// Gravity and loads of the scene as nodal forces, N; empty if it has neither.
-std::vector<Vector3> scene_forces(const Scene& scene, const TetMesh& mesh);
+/// Gravity and loads of the scene as forces on local nodes, N; empty if it has neither. Collective.
+std::vector<Vector3> scene_forces(const Scene& scene, const MeshPart& part);
 
 }  // namespace livetet

@@ -54,18 +54,21 @@ SolvedScene solve_scene(const Scene& scene, const SolveRequest& request) {
     RunFigures& figures = solved.figures;
     MPI_Comm_size(PETSC_COMM_WORLD, &figures.ranks);
     const auto start = std::chrono::steady_clock::now();
-    MeshHierarchy hierarchy = load_mesh(scene, request.progress);
+    SceneMesh mesh = load_mesh_for(PETSC_COMM_WORLD, scene, request.progress);
     figures.mesh_s = seconds_since(start);
     std::optional<Probes> probes;
     std::optional<StateKeeper> states;
     TetMesh whole;
-    auto [scene_body, constraints, forces] =
-        make_held_body(PETSC_COMM_WORLD, scene, std::move(hierarchy),
-                       [&](const TetMesh& mesh, const PartitionedMesh& share) {
-                           if (scene.probes) probes.emplace(*scene.probes, mesh, share);
-                           states.emplace(scene, mesh, share, request.start);
-                           if (request.whole && share.ranks > 1) whole = mesh;
-                       });
+    if (request.whole && figures.ranks > 1) whole = finest_mesh(scene, mesh);
+    auto [scene_body, constraints, forces] = make_held_body(
+        PETSC_COMM_WORLD, scene, std::move(mesh),
+        [&](const TetMesh& finest, const DistributedHierarchy& levels) {
+            const PartitionedMesh& share = levels.levels.front().share;
+            if (scene.probes)
+                probes.emplace(read_points_csv(scene.probes->points), MeshPart(finest, share));
+            states.emplace(scene, levels.tets, finest, share, request.start);
+        });
+    if (first && probes) warn_of_points_outside(probes->points(), probes->distances());
     SceneBody& body = solved.body = std::move(scene_body);
     figures.setup_s = seconds_since(start) - figures.mesh_s;
     if (first) warn_of_small_parts(body.tet_count(), figures.ranks);

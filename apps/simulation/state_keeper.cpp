@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "apps/scene/scene_files.hpp"
+#include "apps/simulation/mesh_rows.hpp"
 #include "apps/simulation/result_fields.hpp"
 #include "base/error.hpp"
 #include "base/stopwatch.hpp"
@@ -47,23 +48,28 @@ bool is_first_rank() {
 
 }  // namespace
 
-StateKeeper::StateKeeper(const Scene& scene, const TetMesh& mesh, const PartitionedMesh& share,
-                         RunStart start)
+StateKeeper::StateKeeper(const Scene& scene, std::size_t whole, const TetMesh& mesh,
+                         const PartitionedMesh& share, RunStart start)
     : scene_(scene),
       owned_(static_cast<std::size_t>(share.owned)),
       nodes_(node_blocks(share)),
       is_first_rank_(is_first_rank()),
       keeps_checkpoints_(keeps_checkpoints(scene, start)),
-      store_(scene.output.file, run_identity(scene, keeps_checkpoints_), share.total,
-             mesh.tets.size()) {
+      store_(scene.output.file, run_identity(scene, keeps_checkpoints_), share.total, whole) {
     if (start == RunStart::from_checkpoint) {
         std::tie(start_, restored_) = store_.read();
     } else if (keeps_checkpoints_ && is_first_rank_) {
         store_.begin();
     }
     frames_ = start_.frames;
-    if (scene.output.has_file())
-        writer_.emplace(scene.output.file, mesh, to_yaml(scene), Precision::full, PETSC_COMM_WORLD);
+    if (!scene.output.has_file()) return;
+    const auto begin = [&](const TetMesh& rows) {
+        writer_.emplace(scene.output.file, rows, to_yaml(scene), Precision::full, PETSC_COMM_WORLD);
+    };
+    if (share.ranks == 1)
+        begin(mesh);
+    else
+        begin(rows_of_file(mesh, share, whole));
 }
 
 RunHooks StateKeeper::hooks(DeformableBody& body, ProgressCallback progress) {

@@ -4,9 +4,11 @@
 
 #include "apps/scene/cuts.hpp"
 #include "apps/scene/model_limits.hpp"
+#include "apps/scene/probes.hpp"
 #include "base/error.hpp"
 #include "base/stopwatch.hpp"
 #include "config/yaml.hpp"
+#include "io/points_csv.hpp"
 #include "solvers/parallel/petsc_session.hpp"
 
 namespace livetet {
@@ -60,7 +62,7 @@ std::vector<StepRecord> read_steps(const hdf5::File& file, const std::string& hi
 void StudySolver::take_mesh(const Scene& scene) {
     if (mesh_key_ == mesh_identity(scene)) return;
     mesh_key_.clear();
-    hierarchy_ = load_mesh(scene, {});
+    mesh_ = load_mesh_for(group_, scene, {});
     mesh_key_ = mesh_identity(scene);
 }
 
@@ -69,12 +71,12 @@ void StudySolver::run(const Scene& scene, StudyRow& row, const ProgressCallback&
     const auto start = std::chrono::steady_clock::now();
     take_mesh(scene);
     row.mesh_s = seconds_since(start);
-    std::vector<NamedPoint> probes;
-    if (scene.probes) probes = read_points_csv(scene.probes->points);
-    std::optional<PointSampler> sampler;
+    std::optional<Probes> probes;
     auto [body, constraints, forces] = make_held_body(
-        group_, scene, hierarchy_, [&](const TetMesh& whole, const PartitionedMesh&) {
-            sampler.emplace(whole, positions_of(probes));
+        group_, scene, mesh_, [&](const TetMesh& finest, const DistributedHierarchy& levels) {
+            if (scene.probes)
+                probes.emplace(read_points_csv(scene.probes->points),
+                               MeshPart(finest, levels.levels.front().share));
         });
     row.setup_s = seconds_since(start) - row.mesh_s;
 
@@ -105,9 +107,10 @@ void StudySolver::run(const Scene& scene, StudyRow& row, const ProgressCallback&
     if (!scene.time.is_dynamic()) row.outputs.emplace_back("share_of_load", history.share);
     for (const auto& [key, force] : constraints.forces(body.body->reactions(), local))
         add_vector(row, key + "_force", "N", force);
-    const std::vector<Vector3> at_probes = sampler->sample(row.displacement);
-    for (std::size_t i = 0; i < probes.size(); ++i)
-        add_vector(row, probes[i].name, "mm", 1e3 * at_probes[i]);
+    if (!probes) return;
+    const std::vector<Vector3> at_probes = probes->sample(local);
+    for (std::size_t i = 0; i < at_probes.size(); ++i)
+        add_vector(row, probes->points()[i].name, "mm", 1e3 * at_probes[i]);
 }
 
 StudyRow StudySolver::solve(const Scene& scene, const ProgressCallback& progress) {

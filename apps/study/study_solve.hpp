@@ -58,7 +58,7 @@ class StudySolver {
 
     MPI_Comm group_;
     std::string mesh_key_;  ///< mesh_identity of its scene
-    MeshHierarchy hierarchy_;
+    SceneMesh mesh_;
 };
 
 }  // namespace livetet

@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "mechanics/rigid_motions.hpp"
 #include "solvers/linear/transfer_rows.hpp"
+#include "solvers/parallel/level_pieces.hpp"
 
 namespace livetet {
 
@@ -13,18 +13,12 @@ namespace livetet {
 /// Arrays are of this rank's own nodes; pieces are the same on all ranks.
 class CoarseBody {
   public:
-    /// `coarse`, `fine`: whole meshes; `fine_in_coarse` places the nodes of the fine one in the
-    /// coarse one. None is kept.
-    CoarseBody(const TetMesh& coarse, const TetMesh& fine, const BarycentricMap& fine_in_coarse,
-               const PartitionedMesh& share);
+    /// `pieces`: of the coarse level's own nodes. `wholes`: see pieces_joined_by; empty: the fine
+    /// mesh has the same pieces. `share`: of the coarse level; it is not kept.
+    CoarseBody(LevelPieces pieces, std::vector<std::int32_t> wholes, const PartitionedMesh& share);
 
-    struct Piece {
-        Vector3 centre;          ///< m
-        double extent = 0;       ///< m: half of its box's diagonal
-        std::int32_t whole = 0;  ///< the lowest of the pieces that hang together in the fine mesh
-        std::vector<std::int32_t> corners{};  ///< of one of its tets: those that this rank owns
-    };
-    const std::vector<Piece>& pieces() const { return pieces_; }
+    /// For each piece the lowest of those that hang together in the fine mesh.
+    const std::vector<std::int32_t>& wholes() const { return wholes_; }
 
     /// Which components of the coarse nodes are constrained if `fine` are (bits 0 to 2; of this
     /// rank's own nodes). A coarse component is constrained
@@ -41,15 +35,17 @@ class CoarseBody {
   private:
     struct Held;
     Held held_by(const TransferRows& rows, std::span<const std::uint8_t> fine) const;
-    std::vector<RigidMotionConstraints> free_pieces() const;
-    /// Of each piece, what all ranks hold.
-    void sum(std::vector<RigidMotionConstraints>& pieces) const;
 
     MPI_Comm comm_;
-    bool is_shared_;  ///< by several ranks
     std::vector<Vector3> places_;
-    std::vector<std::int32_t> piece_of_;
-    std::vector<Piece> pieces_;
+    LevelPieces pieces_;
+    std::vector<std::int32_t> wholes_;
+    std::vector<std::vector<std::int32_t>> corners_;  ///< of a tet of each piece: own nodes
 };
+
+/// For each piece of a coarse mesh the lowest of those that hang together in the fine one.
+/// `coarse`: of the whole mesh; `fine_in_coarse` places the nodes of the fine one in it.
+std::vector<std::int32_t> pieces_joined_by(const TetMesh& fine, const LevelPieces& coarse,
+                                           const BarycentricMap& fine_in_coarse);
 
 }  // namespace livetet

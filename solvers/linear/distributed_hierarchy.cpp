@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/error.hpp"
+#include "mesh/refine.hpp"
 #include "solvers/linear/transfer.hpp"
 
 namespace livetet {
@@ -76,12 +77,52 @@ void DistributedHierarchy::take(const MeshHierarchy& hierarchy,
             for (const std::int32_t e : level.share.tet_ids)
                 level.share.volumes.push_back(volumes[e]);
     }
+    const PartitionedMesh& finest = levels.front().share;
+    pieces = of_own_nodes(level_pieces(hierarchy.levels.front()), finest);
+    if (finest.ranks > 1) sets = local_sets(hierarchy.levels.front(), finest);
     const HeapMeter meter(&cost_of_between);
-    for (std::size_t l = 0; l + 1 < levels.size(); ++l)
+    for (std::size_t l = 0; l + 1 < levels.size(); ++l) {
+        const PartitionedMesh& share = levels[l + 1].share;
+        LevelPieces coarse = level_pieces(hierarchy.levels[l + 1]);
+        std::vector<std::int32_t> wholes =
+            pieces_joined_by(hierarchy.levels[l], coarse, hierarchy.transfers[l]);
         between.push_back(
-            {TransferRows(levels[l].share, levels[l + 1].share, hierarchy.transfers[l]),
-             CoarseBody(hierarchy.levels[l + 1], hierarchy.levels[l], hierarchy.transfers[l],
-                        levels[l + 1].share)});
+            {TransferRows(levels[l].share, share, hierarchy.transfers[l]),
+             CoarseBody(of_own_nodes(std::move(coarse), share), std::move(wholes), share)});
+    }
+}
+
+void DistributedHierarchy::add_refined() {
+    check_can_refine(tets, 1);
+    add(refined_share, 8);
+}
+
+void DistributedHierarchy::add_quadratic() { add(quadratic_share, 1); }
+
+void DistributedHierarchy::add(FinerShare (*finer_of)(const PartitionedMesh&, const LocalSets&),
+                               int tets_of_one) {
+    const PartitionedMesh& coarse = levels.front().share;
+    Level level;
+    BarycentricMap in_coarse;
+    {
+        const HeapMeter meter(&level.cost);
+        FinerShare finer = finer_of(coarse, sets);
+        level.share = std::move(finer.share);
+        in_coarse = std::move(finer.in_coarse);
+        sets = std::move(finer.sets);
+    }
+    const HeapMeter meter(&cost_of_between);
+    LevelPieces of_finer = pieces_of_finer(pieces, level.share, in_coarse, tets_of_one);
+    between.insert(between.begin(), Between{TransferRows(coarse, std::move(in_coarse)),
+                                            CoarseBody(std::move(pieces), {}, coarse)});
+    pieces = std::move(of_finer);
+    tets *= static_cast<std::size_t>(tets_of_one);
+    levels.insert(levels.begin(), std::move(level));
+}
+
+void DistributedHierarchy::drop_coarser() {
+    levels.erase(levels.begin() + 1, levels.end());
+    between.clear();
 }
 
 }  // namespace livetet

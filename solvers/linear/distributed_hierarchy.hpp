@@ -7,7 +7,8 @@
 #include "solvers/assembly/phase_timer.hpp"
 #include "solvers/linear/coarse_body.hpp"
 #include "solvers/linear/transfer_rows.hpp"
-#include "solvers/parallel/partitioned_mesh.hpp"
+#include "solvers/parallel/finer_share.hpp"
+#include "solvers/parallel/level_pieces.hpp"
 
 namespace livetet {
 
@@ -20,6 +21,13 @@ struct DistributedHierarchy {
     /// that check_hierarchy rejects, and for parts that do not fit it. Collective.
     DistributedHierarchy(MPI_Comm comm, const MeshHierarchy& hierarchy,
                          std::span<const std::vector<std::int32_t>> parts = {});
+    /// Puts a level before the finest one, of which each rank cuts its own part (refined_share), or
+    /// which has ten nodes a tet where that one has four (quadratic_share). On several ranks; on
+    /// one, with_refined_levels and with_quadratic_level do it before. Collective.
+    void add_refined();
+    void add_quadratic();
+    /// Leaves the finest level alone.
+    void drop_coarser();
     DistributedHierarchy(MPI_Comm, const MeshHierarchy&&,
                          std::span<const std::vector<std::int32_t>> = {}) = delete;
     /// Of the levels of a grid (see grid_hierarchy), on one rank; they are not checked.
@@ -40,11 +48,14 @@ struct DistributedHierarchy {
     std::size_t tets = 0;                  ///< of the whole finest mesh
     std::vector<Level> levels{};           ///< finest first
     std::vector<Between> between{};        ///< by the finer level
+    LevelPieces pieces{};                  ///< of the finest level's own nodes
+    LocalSets sets{};                      ///< of the finest level, on several ranks
     PhaseCost cost_of_between{};
 
   private:
     explicit DistributedHierarchy(MPI_Comm comm) : comm(comm) {}
     void take(const MeshHierarchy& hierarchy, std::span<const std::vector<std::int32_t>> parts);
+    void add(FinerShare (*finer_of)(const PartitionedMesh&, const LocalSets&), int tets_of_one);
 };
 
 }  // namespace livetet

@@ -25,4 +25,12 @@ TransferRows::TransferRows(const PartitionedMesh& fine, const PartitionedMesh& c
     shared_.emplace(coarse.comm, static_cast<std::size_t>(coarse.owned), numbers_);
 }
 
+TransferRows::TransferRows(const PartitionedMesh& coarse, BarycentricMap own)
+    : whole_(nullptr),
+      mine_(std::move(own)),
+      numbers_(coarse.numbers),
+      columns_(coarse.nodes.size()) {
+    shared_.emplace(coarse.comm, static_cast<std::size_t>(coarse.owned), numbers_);
+}
+
 }  // namespace livetet

@@ -77,6 +77,29 @@ bool RigidMotionConstraints::constrains_all() const {
     return values[0] > 1e-6 * std::max(1.0, values[5]);
 }
 
+std::vector<FreeMotion> free_motions(const RigidMotionConstraints& held, const std::string& where) {
+    const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(held.gram());
+    const double limit = 1e-10 * std::max(1.0, eigen.eigenvalues()[5]);
+    int count = 0;
+    while (count < 6 && eigen.eigenvalues()[count] < limit) ++count;
+    if (count == 0) return {};
+    // Pure translations first: the free motions without a turn; the others span the rest. A column
+    // that is not free is a turn by more than any: what mixes none of these in comes before it.
+    Matrix6 space = eigen.eigenvectors();
+    space.rightCols(6 - count).setZero();
+    Matrix6 turns = space.bottomRows<3>().transpose() * space.bottomRows<3>();
+    for (int k = count; k < 6; ++k) turns(k, k) = 2;
+    const Eigen::SelfAdjointEigenSolver<Matrix6> mixed(turns);
+    std::vector<FreeMotion> free;
+    for (int k = 0; k < count; ++k) {
+        const bool pure = mixed.eigenvalues()[k] < 1e-12;
+        Vector6 motion = space * mixed.eigenvectors().col(k);
+        if (pure) motion.tail<3>().setZero();
+        free.push_back({describe(motion, held.centre(), held.size(), where)});
+    }
+    return free;
+}
+
 std::vector<FreeMotion> free_rigid_motions(const TetMesh& mesh,
                                            std::span<const std::uint8_t> held) {
     struct Piece {
@@ -102,28 +125,10 @@ std::vector<FreeMotion> free_rigid_motions(const TetMesh& mesh,
     for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
         if (held[n]) motions.at(piece_of[n]).constrain(mesh.nodes[n], held[n]);
     std::vector<FreeMotion> free;
-    for (const auto& [first, piece] : all) {
-        const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(motions.at(first).gram());
-        const double limit = 1e-10 * std::max(1.0, eigen.eigenvalues()[5]);
-        int count = 0;
-        while (count < 6 && eigen.eigenvalues()[count] < limit) ++count;
-        if (count == 0) continue;
-        const std::string where =
-            all.size() == 1 ? "" : fmt::format(" of the piece with node {}", first);
-        // Pure translations first: the free motions without a turn; the others span the rest. A
-        // column that is not free is a turn by more than any: what mixes none of these in comes
-        // before it.
-        Matrix6 space = eigen.eigenvectors();
-        space.rightCols(6 - count).setZero();
-        Matrix6 turns = space.bottomRows<3>().transpose() * space.bottomRows<3>();
-        for (int k = count; k < 6; ++k) turns(k, k) = 2;
-        const Eigen::SelfAdjointEigenSolver<Matrix6> mixed(turns);
-        for (int k = 0; k < count; ++k) {
-            const bool pure = mixed.eigenvalues()[k] < 1e-12;
-            Vector6 motion = space * mixed.eigenvectors().col(k);
-            if (pure) motion.tail<3>().setZero();
-            free.push_back({describe(motion, piece.centre, piece.size, where)});
-        }
+    for (const auto& [first, held_here] : motions) {
+        const std::vector<FreeMotion> more = free_motions(
+            held_here, motions.size() == 1 ? "" : fmt::format(" of the piece with node {}", first));
+        free.insert(free.end(), more.begin(), more.end());
     }
     return free;
 }

@@ -24,6 +24,8 @@ class RigidMotionConstraints {
     /// Sum over the constrained components of (motion there)^2, of motions t + w x (x - centre) /
     /// size as (t, w).
     const Matrix6& gram() const { return gram_; }
+    const Vector3& centre() const { return centre_; }
+    double size() const { return size_; }
     /// In its place, as from a sum over parts of the body.
     void set_gram(const Matrix6& gram) { gram_ = gram; }
     /// Whether all six are prevented, with a margin that accepts a patch of 1/100 of the body's
@@ -41,6 +43,10 @@ struct FreeMotion {
     std::string description;  ///< "translation along (0, 0, 1)", "rotation about (0, 0, 1) through
                               ///< (1.0, 2.0, 3.0) mm"
 };
+
+/// The rigid motions of one piece that `held` leaves free; each description ends in `where`.
+std::vector<FreeMotion> free_motions(const RigidMotionConstraints& held,
+                                     const std::string& where = {});
 
 /// The rigid motions of each connected piece of the mesh that its held components leave free: what
 /// a static solve has no answer for. `held`: for every node, bit 0: x, 1: y, 2: z. O(tets).

@@ -53,9 +53,9 @@ class PointSampler {
     Vector3 sample(std::size_t point, std::span<const Vector3> values) const {
         return interpolate(map_, edges_, point, values);
     }
-    /// Distance of the point from the mesh, m. Points outside take the value of the nearest surface
+    /// Distance of each point from the mesh, m. Points outside take the value of the nearest surface
     /// point unless extrapolation is asked for.
-    double distance(std::size_t point) const { return map_.distance[point]; }
+    const std::vector<double>& distances() const { return map_.distance; }
 
   private:
     BarycentricMap map_;

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "mesh/quadratic.hpp"
+#include "mesh/refine.hpp"
 #include "solvers/linear/transfer.hpp"
 #include "solvers/parallel/partition.hpp"
 #include "support/ranks.hpp"
@@ -51,6 +52,36 @@ TEST(DistributedHierarchy, ABodyOfSeveralRanksIsMadeWithoutTheWholeMesh) {
             test::WholeBody body(std::move(taken), model, TimeOptions{}, options);
             test::WholeBody alone(DistributedHierarchy{PETSC_COMM_SELF, copy}, model, TimeOptions{},
                                   options);
+            const std::vector<Vector3> found = bent(body, mesh), expected = bent(alone, mesh);
+            double largest = 0;
+            for (const Vector3& u : expected) largest = std::max(largest, u.norm());
+            EXPECT_GT(largest, 1e-3);
+            for (std::size_t n = 0; n < found.size(); ++n)
+                EXPECT_LT((found[n] - expected[n]).norm(), 1e-6 * largest) << n;
+        }
+}
+
+/// Levels that ranks cut from their own parts against those that one rank cuts from the whole mesh.
+TEST(DistributedHierarchy, RanksRefineTheirPartsToTheSameBody) {
+    if (test::rank_count() == 1) GTEST_SKIP() << "one rank refines the whole mesh";
+    for (const bool is_quadratic : {false, true})
+        for (const Formulation form : {Formulation::displacement, Formulation::mixed}) {
+            const MeshHierarchy read = beam_levels();
+            MeshHierarchy whole = with_refined_levels(read, 1);
+            if (is_quadratic) whole = with_quadratic_level(std::move(whole));
+            DistributedHierarchy taken(
+                PETSC_COMM_WORLD, read,
+                partition_levels(PETSC_COMM_WORLD, read, Partitioner::metis));
+            taken.add_refined();
+            if (is_quadratic) taken.add_quadratic();
+            EXPECT_EQ(taken.tets, whole.levels.front().tets.size());
+            ASSERT_EQ(taken.levels.size(), whole.levels.size());
+            const ElasticModel model{soft_beam, "corotated", form};
+            const SolverOptions options{.kind = SolverKind::multigrid};
+            test::WholeBody body(std::move(taken), model, TimeOptions{}, options);
+            test::WholeBody alone(DistributedHierarchy{PETSC_COMM_SELF, whole}, model,
+                                  TimeOptions{}, options);
+            const TetMesh& mesh = whole.levels.front();
             const std::vector<Vector3> found = bent(body, mesh), expected = bent(alone, mesh);
             double largest = 0;
             for (const Vector3& u : expected) largest = std::max(largest, u.norm());

@@ -23,7 +23,9 @@ struct TwoLevels {
         for (std::size_t l = 0; l < 2; ++l)
             shares.push_back(distribute_mesh(PETSC_COMM_WORLD, hierarchy.levels[l], parts[l]));
         rows.emplace(shares[0], shares[1], hierarchy.transfers[0]);
-        body.emplace(hierarchy.levels[1], hierarchy.levels[0], hierarchy.transfers[0], shares[1]);
+        const LevelPieces pieces = level_pieces(coarse());
+        body.emplace(of_own_nodes(pieces, shares[1]),
+                     pieces_joined_by(fine(), pieces, hierarchy.transfers[0]), shares[1]);
     }
     const TetMesh& fine() const { return hierarchy.levels[0]; }
     const TetMesh& coarse() const { return hierarchy.levels[1]; }
@@ -165,7 +167,7 @@ TEST(CoarseBody, APieceThatOnlyTheFineMeshJoinsToWhatIsHeldIsHeld) {
     });
     drop_unused_nodes(coarse);
     const TwoLevels levels({test::block({12, 4, 4}, {0.3, 0.1, 0.1}), coarse});
-    ASSERT_EQ(levels.body->pieces().size(), 2u);
+    ASSERT_EQ(levels.body->wholes().size(), 2u);
     std::vector<std::uint8_t> end, none(levels.fine().nodes.size(), 0);
     for (const Vector3& x : levels.fine().nodes) end.push_back(x.x() < 1e-9 ? 7 : 0);
     const auto held = levels.constrained(end), free = levels.constrained(none);
