@@ -16,60 +16,78 @@ constexpr double tets_a_node = 5.75, coarsest_nodes = 50, neighbours = 12;
 constexpr double products_a_visit = 14;  // six smoothing steps before and after, two residuals
 constexpr double reductions_an_iteration = 3;
 
-ScalingPoint point_at(const ScalingModel& m, double ranks) {
+ScalingPoint point_at(const ScalingModel& m, double ranks, double unknowns_a_rank) {
     ScalingPoint p{.ranks = ranks};
-    const double nodes = m.unknowns_a_rank * ranks / 3;
+    const double nodes = unknowns_a_rank * ranks / 3;
     p.levels = 1 + std::max(0.0, std::floor(std::log(nodes / coarsest_nodes) / std::log(8.0)));
     double here = nodes, visits = 1;
     for (int l = 0; l < static_cast<int>(p.levels); ++l, here /= 8, visits *= 2) {
         const double active = std::clamp(tets_a_node * here / min_tets_per_rank, 1.0, ranks);
         const double each = here / active;
-        const double surface = 6 * std::pow(each, 2.0 / 3);
-        const double exchange = active > 1 ? std::min(neighbours, active - 1) * m.latency_s +
-                                                 24 * surface / m.bytes_a_second
-                                           : 0;
+        const double partners = std::min(neighbours, active - 1);
+        const double messages = m.messages_factor * products_a_visit * partners;
+        const double bytes =
+            active > 1 ? m.bytes_factor * products_a_visit * 24 * 6 * std::pow(each, 2.0 / 3) : 0;
+        const double exchange = messages * m.latency_s + bytes / m.bytes_a_second;
         // The work of all levels, measured together, is 4/3 of that of the finest.
         const double compute = 0.75 * m.seconds_an_unknown * 3 * each;
+        p.messages += visits * messages * active / ranks;
+        p.message_bytes += visits * bytes * active / ranks;
         if (active >= ranks) {
             p.compute_s += visits * compute;
-            p.halo_s += visits * products_a_visit * exchange;
+            p.halo_s += visits * exchange;
         } else {
-            p.coarse_s += visits * (compute + products_a_visit * exchange);
+            p.coarse_s += visits * (compute + exchange);
         }
     }
     p.reductions_s = reductions_an_iteration * 2 * std::log2(ranks) * m.latency_s;
-    p.replicated_bytes = m.replicated_bytes_an_unknown * m.unknowns_a_rank * ranks;
-    p.partition_s = ranks > 1 ? m.partition_s_an_unknown * m.unknowns_a_rank * ranks : 0;
+    const double of_file = unknowns_a_rank * ranks * m.file_share;
+    p.replicated_bytes = m.replicated_bytes_an_unknown * of_file;
+    p.partition_s = ranks > 1 ? m.partition_s_an_unknown * of_file : 0;
     return p;
 }
 
 }  // namespace
 
-ScalingModel::ScalingModel(const SolveRun& r)
-    : seconds_an_unknown(r.linear_s / std::max(1, r.iterations) / (r.unknowns / r.ranks)),
-      partition_s_an_unknown(r.partition_s / r.unknowns),
+ScalingModel::ScalingModel(const SolveRun& timed, const SolveRun& counted, int refine)
+    : seconds_an_unknown(timed.linear_s / std::max(1, timed.iterations) /
+                         (timed.unknowns / timed.ranks)),
+      partition_s_an_unknown(timed.partition_s / timed.unknowns * std::pow(8, refine)),
       // tets and nodes; indices into the next level and PETSc's numbers; an eighth each for coarser
-      // levels; the scene's prescribed values, and the result
+      // levels
       replicated_bytes_an_unknown(
           (tets_a_node * sizeof(Tet) + sizeof(Vector3) +
            (sizeof(std::array<std::int32_t, 4>) + sizeof(std::array<double, 4>) + sizeof(double) +
             sizeof(std::int32_t)) *
-               8.0 / 7 +
-           2 * sizeof(Vector3)) /
-          3) {
-    for (double ranks = 1; ranks <= 1e5; ranks *= 10) points.push_back(point_at(*this, ranks));
+               8.0 / 7) /
+          3),
+      file_share(std::pow(8, -refine)),
+      counted_ranks(counted.ranks) {
+    if (counted.ranks > 1 && counted.messages > 0) {
+        const ScalingPoint there = point_at(*this, counted.ranks, counted.unknowns / counted.ranks);
+        const double iterations = static_cast<double>(counted.iterations) * counted.ranks;
+        messages_factor = counted.messages / iterations / there.messages;
+        bytes_factor = counted.message_bytes / iterations / there.message_bytes;
+    }
+    for (double ranks = 1; ranks <= 1e5; ranks *= 10)
+        points.push_back(point_at(*this, ranks, unknowns_a_rank));
 }
 
 void print(const ScalingModel& m) {
     fmt::print(
         "\nmodel of weak scaling, {:.0e} unknowns a rank, {:.1f} us and {:.0f} GB/s a message; "
         "measured here: {:.2f} us an unknown and "
-        "iteration, METIS {:.2f} us an unknown\n",
+        "iteration, METIS {:.2f} us an unknown of the file's mesh\n",
         m.unknowns_a_rank, 1e6 * m.latency_s, m.bytes_a_second / 1e9, 1e6 * m.seconds_an_unknown,
         1e6 * m.partition_s_an_unknown);
+    if (m.counted_ranks > 1)
+        fmt::print(
+            "messages are scaled to those counted on {} ranks: {:.2f} times as many, {:.2f} times "
+            "as many bytes as by surfaces and 12 neighbours\n",
+            m.counted_ranks, m.messages_factor, m.bytes_factor);
     fmt::print("{:>8} {:>6} | {:>10} {:>10} {:>13} {:>10} {:>10} {:>10} | {:>14} {:>10}\n", "ranks",
                "levels", "compute ms", "ghosts ms", "coarse lev. ms", "dots ms", "iteration",
-               "efficiency", "whole mesh, GB", "METIS, s");
+               "efficiency", "file's mesh, GB", "METIS, s");
     for (const ScalingPoint& p : m.points)
         fmt::print(
             "{:>8.0f} {:>6.0f} | {:>10.1f} {:>10.2f} {:>14.2f} {:>10.3f} {:>10.1f} {:>9.0f}% | "
@@ -82,12 +100,12 @@ void print(const ScalingModel& m) {
                                     [](const ScalingPoint& p) { return p.replicated_bytes > 4e9; });
     if (first != m.points.end())
         fmt::print(
-            "What hurts first: every rank sets up the whole mesh, {:.0f} bytes an unknown, over 4 "
-            "GB "
-            "a rank from {:.0e} unknowns on, and METIS runs "
-            "on one.\nThen the coarse levels, which few ranks have work for: they are on as few as "
+            "What hurts first: every rank reads the file's whole mesh, {:.0f} bytes an unknown of "
+            "it, over 4 GB a rank from {:.0e} unknowns of the finest mesh on, and METIS runs on "
+            "one.\nThen the coarse levels, which few ranks have work for: they are on as few as "
             "that ({} tets each), visited ever more often.\n",
-            m.replicated_bytes_an_unknown, 4e9 / m.replicated_bytes_an_unknown, min_tets_per_rank);
+            m.replicated_bytes_an_unknown, 4e9 / m.replicated_bytes_an_unknown / m.file_share,
+            min_tets_per_rank);
 }
 
 nlohmann::json json_of(const ScalingModel& m) {
@@ -99,6 +117,8 @@ nlohmann::json json_of(const ScalingModel& m) {
                           {"halo_s", p.halo_s},
                           {"coarse_s", p.coarse_s},
                           {"reductions_s", p.reductions_s},
+                          {"messages", p.messages},
+                          {"message_bytes", p.message_bytes},
                           {"replicated_bytes", p.replicated_bytes},
                           {"partition_s", p.partition_s}});
     return {{"unknowns_a_rank", m.unknowns_a_rank},
@@ -107,6 +127,10 @@ nlohmann::json json_of(const ScalingModel& m) {
             {"seconds_an_unknown", m.seconds_an_unknown},
             {"partition_s_an_unknown", m.partition_s_an_unknown},
             {"replicated_bytes_an_unknown", m.replicated_bytes_an_unknown},
+            {"file_share", m.file_share},
+            {"counted_ranks", m.counted_ranks},
+            {"messages_factor", m.messages_factor},
+            {"bytes_factor", m.bytes_factor},
             {"points", points}};
 }
 

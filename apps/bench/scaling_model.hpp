@@ -18,25 +18,31 @@ struct ScalingPoint {
     double halo_s = 0;        ///< exchange of ghost values on all levels with work for every rank
     double coarse_s = 0;      ///< coarse levels: few ranks, many visits, each with a latency
     double reductions_s = 0;  ///< dot products
-    double replicated_bytes = 0;  ///< the whole mesh, on every rank
-    double partition_s = 0;       ///< METIS, on one rank
+    double messages = 0, message_bytes = 0;  ///< of an iteration, sent by a rank
+    double replicated_bytes = 0;             ///< the file's whole mesh, on every rank
+    double partition_s = 0;                  ///< METIS, on one rank
 
     double iteration_s() const { return compute_s + halo_s + coarse_s + reductions_s; }
 };
 
-/// Cost model for weak scaling, from one measured run and two numbers of a network. It counts and
-/// fits nothing: a W-cycle visits level l 2^l times; each visit has 14 products, each with an
-/// exchange with 12 neighbours; an iteration of conjugate gradients has three reductions over log2
-/// of the ranks.
+/// Cost model for weak scaling, from two measured runs and two numbers of a network. A W-cycle
+/// visits level l 2^l times; each visit has 14 products, each with an exchange with 12 neighbours;
+/// an iteration of conjugate gradients has three reductions over log2 of the ranks. Numbers and
+/// bytes of messages are then scaled to those that were counted on several ranks.
 struct ScalingModel {
-    explicit ScalingModel(const SolveRun& measured);
+    /// `timed`: gives the seconds of an iteration and of METIS; `counted`: on the most ranks, its
+    /// messages. `refine`: refinements of the file's mesh, which ranks make from their own parts.
+    ScalingModel(const SolveRun& timed, const SolveRun& counted, int refine);
 
     double unknowns_a_rank = 1e5;
     double latency_s = 2e-6, bytes_a_second = 1e10;  ///< of a message on a present cluster network
     double seconds_an_unknown;                       ///< of an iteration, measured
     double partition_s_an_unknown;                   ///< measured
-    double replicated_bytes_an_unknown;              ///< counted
-    std::vector<ScalingPoint> points;                ///< 1 to 10^5 ranks
+    double replicated_bytes_an_unknown;              ///< of the file's mesh, counted
+    double file_share;                               ///< unknowns of the file's mesh, of all
+    int counted_ranks;
+    double messages_factor = 1, bytes_factor = 1;  ///< counted over what the model has
+    std::vector<ScalingPoint> points;              ///< 1 to 10^5 ranks
 };
 
 void print(const ScalingModel& model);

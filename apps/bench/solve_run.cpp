@@ -51,6 +51,7 @@ SolveRun run_solve(const std::string& name, const std::string& launcher, int ran
     run.iterations = j.at("iterations");
     run.largest_mm = j.at("largest_displacement_mm");
     run.peak_bytes = j.at("peak_bytes");
+    run.peak_bytes_most = j.at("peak_bytes_most");
     run.messages = j.at("messages");
     run.message_bytes = j.at("message_bytes");
     run.reductions = j.at("reductions");
@@ -76,6 +77,7 @@ json json_of(const SolveRun& r) {
             {"iterations", r.iterations},
             {"largest_displacement_mm", r.largest_mm},
             {"peak_bytes", r.peak_bytes},
+            {"peak_bytes_most", r.peak_bytes_most},
             {"messages", r.messages},
             {"message_bytes", r.message_bytes},
             {"reductions", r.reductions}};

@@ -7,7 +7,8 @@
 
 namespace livetet {
 
-/// Figures of a run of `livetet solve` (--json), all ranks together.
+/// Figures of a run of `livetet solve` (--json), all ranks together; `peak_bytes_most` is of the
+/// largest rank.
 struct SolveRun {
     std::string name, solver;
     int ranks = 1;
@@ -17,7 +18,7 @@ struct SolveRun {
            preconditioner_s = 0, linear_s = 0, output_s = 0;
     int steps = 0, newton_iterations = 0, iterations = 0;
     double largest_mm = 0;
-    double peak_bytes = 0, messages = 0, message_bytes = 0, reductions = 0;
+    double peak_bytes = 0, peak_bytes_most = 0, messages = 0, message_bytes = 0, reductions = 0;
 
     /// Time from a mesh in memory to equilibrium, s.
     double solution_s() const {

@@ -16,7 +16,7 @@ class TransferRows {
     /// rank it must outlive this; on several a copy of the rank's rows is kept. Collective.
     TransferRows(const PartitionedMesh& fine, const PartitionedMesh& coarse,
                  const BarycentricMap& fine_in_coarse);
-    /// `own`: the rank's rows, in the local nodes of the coarse share. On several ranks; collective.
+    /// `own`: the rank's rows, in the coarse share's local nodes. On several ranks; collective.
     TransferRows(const PartitionedMesh& coarse, BarycentricMap own);
 
     /// Row i is that of the fine share's node i; the nodes in it are columns.

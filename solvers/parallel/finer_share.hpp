@@ -16,7 +16,8 @@ struct LocalSets {
     std::map<std::string, std::vector<Triangle>> triangles;
 };
 
-/// Those of the whole mesh.
+/// Those of the whole mesh. Throws Error, on every rank alike, if a set has a triangle that is no
+/// face of the mesh: no rank would be sure to have its edges.
 LocalSets local_sets(const TetMesh& whole, const PartitionedMesh& share);
 
 /// A rank's share of a mesh that is made from a coarser one, each rank from its own share of that:

@@ -13,7 +13,7 @@ namespace livetet {
 /// edges_by_lower_end has them for the whole mesh, and no rank knows more than its own part.
 class SharedEdges {
   public:
-    /// `share`: of a mesh of four-node tets. Collective.
+    /// `share`: of a mesh of four-node tets; it must outlive this. Collective.
     explicit SharedEdges(const PartitionedMesh& share);
 
     /// The local edges: list n has the local nodes that an edge joins local node n to, as its lower

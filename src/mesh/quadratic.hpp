@@ -8,9 +8,9 @@
 
 namespace livetet {
 
-/// The same body with ten-node tets (P2): adds the midpoints of the edges after the corner nodes, in
-/// the order of edges_by_lower_end. Edges stay straight. A node set also receives the midpoints of its edges: those of the triangle
-/// set of the same name if there is one, else of all edges whose two ends are in the set.
+/// The same body with ten-node tets (P2): midpoints of the straight edges follow the corner nodes,
+/// as edges_by_lower_end has them. A node set receives the midpoints of its edges: those of the
+/// triangle set of its name if there is one, else of all edges whose two ends are in the set.
 TetMesh quadratic_mesh(const TetMesh& linear);
 
 /// Places the nodes of a quadratic mesh in the linear mesh it was made from: a corner at itself, a
@@ -53,8 +53,8 @@ class PointSampler {
     Vector3 sample(std::size_t point, std::span<const Vector3> values) const {
         return interpolate(map_, edges_, point, values);
     }
-    /// Distance of each point from the mesh, m. Points outside take the value of the nearest surface
-    /// point unless extrapolation is asked for.
+    /// Distance of each point from the mesh, m. Points outside take the value of the nearest
+    /// surface point unless extrapolation is asked for.
     const std::vector<double>& distances() const { return map_.distance; }
 
   private:

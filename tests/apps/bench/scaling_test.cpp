@@ -19,16 +19,19 @@ using test::livetet;
 using test::text_of;
 using test::write_text;
 
+SolveRun run_on(int ranks) {
+    return {.name = "measured",
+            .solver = "multigrid",
+            .ranks = ranks,
+            .converged = true,
+            .unknowns = 2e6,
+            .partition_s = 4,
+            .linear_s = 30,
+            .iterations = 10};
+}
+
 TEST(ScalingModel, WhatIsMeasuredGivesTheComputingAndWhatIsReplicatedGrowsWithTheWhole) {
-    const SolveRun measured{.name = "two",
-                            .solver = "multigrid",
-                            .ranks = 2,
-                            .converged = true,
-                            .unknowns = 2e6,
-                            .partition_s = 4,
-                            .linear_s = 30,
-                            .iterations = 10};
-    const ScalingModel model(measured);
+    const ScalingModel model(run_on(2), run_on(1), 0);
     EXPECT_DOUBLE_EQ(model.seconds_an_unknown, 3e-6);
     EXPECT_DOUBLE_EQ(model.partition_s_an_unknown, 2e-6);
     ASSERT_EQ(model.points.size(), 6u);
@@ -45,6 +48,24 @@ TEST(ScalingModel, WhatIsMeasuredGivesTheComputingAndWhatIsReplicatedGrowsWithTh
         EXPECT_NEAR(many.reductions_s - few.reductions_s, 6 * std::log2(10) * model.latency_s,
                     1e-12);
     }
+}
+
+/// Ranks refine the file's mesh themselves: of each refinement an eighth is left to all.
+TEST(ScalingModel, OfARefinedMeshTheFilesIsReplicatedAndPartitioned) {
+    const ScalingPoint whole = ScalingModel(run_on(2), run_on(1), 0).points.back(),
+                       eighth = ScalingModel(run_on(2), run_on(1), 1).points.back();
+    EXPECT_DOUBLE_EQ(eighth.replicated_bytes, whole.replicated_bytes / 8);
+    EXPECT_DOUBLE_EQ(eighth.partition_s, whole.partition_s) << "measured as it is";
+}
+
+TEST(ScalingModel, MessagesAreThoseThatWereCounted) {
+    SolveRun counted = run_on(10);
+    counted.unknowns = 1e6;  // 1e5 a rank, as the model has
+    counted.messages = 7e5;
+    counted.message_bytes = 3e9;
+    const ScalingModel model(run_on(2), counted, 0);
+    EXPECT_NEAR(model.points[1].messages, 7e5 / (10 * 10), 1e-6);
+    EXPECT_NEAR(model.points[1].message_bytes, 3e9 / (10 * 10), 1e-3);
 }
 
 TEST(Scaling, WhoEndsTheBenchmarkEndsTheSolveThatItWaitsFor) {
@@ -88,17 +109,19 @@ TEST(Scaling, TheSameAnswerAndIterationsOnEveryNumberOfRanks) {
     ASSERT_LE(outcome.status, 1)
         << outcome.err;  // 1: a target missed, at a size that is not the targets'
     const json told = json::parse(text_of(folder / "s.json"));
-    std::map<int, json> strong;
-    double gamg_mm = 0;
+    std::map<int, json> quarter;
+    double gamg_mm = 0, of_one_size_mm = 0;
     for (const json& run : told.at("runs")) {
         EXPECT_TRUE(run.at("converged").get<bool>()) << run;
         EXPECT_GT(run.at("peak_bytes").get<double>(), 1e7);
-        if (run.at("name") == "multigrid, one size") strong[run.at("ranks")] = run;
+        if (run.at("name") == "multigrid, a quarter") quarter[run.at("ranks")] = run;
+        if (run.at("name") == "multigrid, one size")
+            of_one_size_mm = run.at("largest_displacement_mm");
         if (run.at("name") == "gamg, one size") gamg_mm = run.at("largest_displacement_mm");
     }
-    ASSERT_EQ(strong.size(), 3u);
+    ASSERT_EQ(quarter.size(), 3u);
     const auto value = [&](int ranks, const char* key) {
-        return strong.at(ranks).at(key).get<double>();
+        return quarter.at(ranks).at(key).get<double>();
     };
     EXPECT_EQ(value(1, "messages"), 0);
     EXPECT_GT(value(2, "messages"), 0);
@@ -111,9 +134,12 @@ TEST(Scaling, TheSameAnswerAndIterationsOnEveryNumberOfRanks) {
         EXPECT_NEAR(value(ranks, "largest_displacement_mm"), value(1, "largest_displacement_mm"),
                     1e-6);
     }
-    EXPECT_NEAR(gamg_mm, value(1, "largest_displacement_mm"), 1e-5);
-    for (const char* words : {"kB an unknown at the peak", "iterations a linear solve",
-                              "model of weak scaling", "gamg, one size: times multigrid's"})
+    EXPECT_NEAR(gamg_mm, of_one_size_mm, 1e-5);
+    for (const char* words :
+         {"kB an unknown at the peak", "iterations a linear solve", "model of weak scaling",
+          "gamg, one size: times multigrid's", "memory of the largest of 4 ranks",
+          "growth of a rank's memory", "s to read, partition and set up",
+          "messages are scaled to those counted on 4 ranks"})
         EXPECT_NE(outcome.out.find(words), std::string::npos) << outcome.out;
     EXPECT_TRUE(std::filesystem::exists(folder / "kept/whole.h5"));
 }

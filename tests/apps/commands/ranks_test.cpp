@@ -191,6 +191,27 @@ TEST(Ranks, TheirMemoryIsForetold) {
     }
 }
 
+/// Two ranks of a build with PETSc's 64-bit indices.
+TEST(Ranks, WithWideIndicesFindTheSame) {
+    const char* wide = std::getenv("LIVETET_WIDE");
+    if (!wide) GTEST_SKIP() << "LIVETET_WIDE names no program with 64-bit indices";
+    const Folder folder;
+    write_beam(folder);
+    const std::string refined =
+        "mesh: {file: beam.h5, refine: 1}" + held_beam.substr(held_beam.find('\n'));
+    for (const std::string& scene :
+         {refined + pressed + "output: {fields: [von_mises]}\n",
+          held_beam + pressed + "elements: P2\nformulation: mixed\n",
+          held_beam + swinging + "time: {step_s: 0.01, duration_s: 0.02, scheme: newmark}\n"}) {
+        write_text(folder / "scene.yaml", scene);
+        ASSERT_EQ(livetet(folder, "solve scene.yaml", mpirun(2)).status, 0) << scene;
+        const std::vector<Vector3> expected = test::last_displacement(folder / "result.h5");
+        const auto outcome = test::run(folder, mpirun(2) + " '" + wide + "' solve scene.yaml");
+        ASSERT_EQ(outcome.status, 0) << outcome.err;
+        EXPECT_LT(apart(expected, test::last_displacement(folder / "result.h5")), 1e-8) << scene;
+    }
+}
+
 TEST(Ranks, MoreOfThemThanTetsAreNoFault) {
     const Folder folder;
     write_hierarchy(folder / "beam.h5",

@@ -11,18 +11,20 @@ namespace {
 TEST(RankMemory, SharesWhatIsOwn) {
     const std::vector<LevelSize> levels{size_of_level(test::block({20, 10, 10}, test::beam_size)),
                                         size_of_level(test::block({3, 2, 2}, test::beam_size))};
-    const RankMemory one = memory_of_rank(levels, 1), eight = memory_of_rank(levels, 8);
+    const RankMemory one = memory_of_rank(levels, 1, 0), eight = memory_of_rank(levels, 8, 0);
     EXPECT_EQ(one.own, levels[0].bytes + levels[1].bytes);
     EXPECT_EQ(one.whole, levels[0].mesh_bytes + levels[1].mesh_bytes);
     EXPECT_LT(eight.whole, one.whole) << "the rest of a rank's own comes when it has gone";
-    EXPECT_GT(memory_of_rank(levels, 60).whole, eight.whole);
+    EXPECT_GT(memory_of_rank(levels, 60, 0).whole, eight.whole);
+    EXPECT_EQ(memory_of_rank(levels, 60, 1).whole, 0) << "ranks make the fine level themselves";
+    EXPECT_EQ(memory_of_rank(levels, 1, 1).whole, one.whole);
     EXPECT_EQ(one.program, eight.program);
     // The coarse level stays on one rank; each share of the fine one has its neighbours' nodes.
     const double even = levels[0].bytes / 8 + levels[1].bytes;
     EXPECT_GT(eight.own, 1.1 * even);
     EXPECT_LT(eight.own, 2 * even);
-    EXPECT_LT(memory_of_rank(levels, 60).own, eight.own);
-    EXPECT_EQ(memory_of_rank(levels, 100).own, memory_of_rank(levels, 1000).own)
+    EXPECT_LT(memory_of_rank(levels, 60, 0).own, eight.own);
+    EXPECT_EQ(memory_of_rank(levels, 100, 0).own, memory_of_rank(levels, 1000, 0).own)
         << "a rank has 200 tets or none";
 }
 

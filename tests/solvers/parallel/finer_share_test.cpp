@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 
+#include "base/error.hpp"
 #include "mesh/node_selection.hpp"
 #include "mesh/quadratic.hpp"
 #include "mesh/refine.hpp"
@@ -99,6 +100,21 @@ TEST(FinerShare, RanksMakeOfTheirPartsWhatIsMadeOfTheWhole) {
         expect_rows(share, refined);
         share = std::move(refined.share);
         sets = std::move(refined.sets);
+    }
+}
+
+TEST(FinerShare, ATriangleThatIsNoFaceIsRefusedOnEveryRank) {
+    TetMesh block = named_block();
+    block.triangle_sets["face"][1] = {0, 1, static_cast<std::int32_t>(block.nodes.size()) - 1};
+    const PartitionedMesh share =
+        distribute_mesh(PETSC_COMM_WORLD, block, partition_tets(block.tets, test::rank_count()));
+    try {
+        (void)local_sets(block, share);
+        ADD_FAILURE() << "taken";
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("set face: found a triangle 0, 1, "),
+                  std::string::npos)
+            << error.what();
     }
 }
 
