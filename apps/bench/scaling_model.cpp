@@ -63,8 +63,8 @@ ScalingModel::ScalingModel(const SolveRun& timed, const SolveRun& counted, int r
           3),
       file_share(std::pow(8, -refine)),
       counted_ranks(counted.ranks) {
-    if (counted.ranks > 1 && counted.messages > 0) {
-        const ScalingPoint there = point_at(*this, counted.ranks, counted.unknowns / counted.ranks);
+    const ScalingPoint there = point_at(*this, counted.ranks, counted.unknowns / counted.ranks);
+    if (counted.messages > 0 && there.messages > 0) {
         const double iterations = static_cast<double>(counted.iterations) * counted.ranks;
         messages_factor = counted.messages / iterations / there.messages;
         bytes_factor = counted.message_bytes / iterations / there.message_bytes;

@@ -253,7 +253,6 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, SceneMesh mesh, Use use,
         used = with_refined_levels(std::move(used), mesh.refine);
         if (is_quadratic) used = with_quadratic_level(std::move(used));
     }
-    used.parents.clear();
     const SolverOptions options = solver_options(scene, used, use);
     const std::size_t of_ranks = ranks == 1 ? 0 : mesh.refine + (is_quadratic ? 1 : 0);
     const SolverKind kind = resolved_kind(options.kind, used.levels.size() + of_ranks);
@@ -261,6 +260,7 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, SceneMesh mesh, Use use,
     if (!takes_levels) {
         used.levels.resize(1);
         used.transfers.clear();
+        used.parents.clear();
     }
     ElasticModel model = elastic_model(scene);
     if (use != Use::track) model.has_graded_patches = false;  // no frame moves them
@@ -268,6 +268,7 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, SceneMesh mesh, Use use,
         ranks == 1 ? DistributedHierarchy{comm, used}
                    : distribute(comm, scene, used, mesh.refine, body.partition_s);
     if (!takes_levels) levels.drop_coarser();
+    used.parents.clear();  // used for the partition only
     if (ranks > 1) keep_part(levels, used);
     if (with_mesh) with_mesh(used.levels.front(), levels);
     body.body = std::make_unique<DeformableBody>(std::move(levels), model, scene.time, options);

@@ -25,8 +25,7 @@ MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progre
 /// A hierarchy, and what of its refinement is left to the ranks.
 struct SceneMesh {
     SceneMesh() = default;
-    SceneMesh(MeshHierarchy loaded)
-        : hierarchy(std::move(loaded)) {}  // NOLINT: a whole mesh is one
+    SceneMesh(MeshHierarchy loaded) : hierarchy(std::move(loaded)) {}  // NOLINT: implicit
     MeshHierarchy hierarchy;
     int refine = 0;  ///< how often its finest level is to be refined
 };
@@ -35,7 +34,7 @@ struct SceneMesh {
 /// each (min_tets_per_rank). Collective.
 SceneMesh load_mesh_for(MPI_Comm comm, const Scene& scene, const ProgressCallback& progress);
 
-/// The finest mesh of a scene's body, whole, with what is left to do.
+/// The whole finest mesh of a scene's body, with the refinements that are left to the ranks.
 TetMesh finest_mesh(const Scene& scene, const SceneMesh& mesh);
 
 /// Throws Error, naming what was asked for, if the mesh is a grid of hexahedra.

@@ -64,7 +64,11 @@ std::vector<Vector3> scene_forces(const Scene& scene, const MeshPart& part) {
                 "the body's surface; expected force_N or pressure_Pa",
                 key);
         const std::vector<Triangle> triangles = loaded_triangles(mesh, load, nodes);
-        if (part.sum(static_cast<double>(triangles.size())) == 0)
+        // Of a rank's part, faces without an own corner may have a tet on another rank.
+        const auto own = std::ranges::count_if(triangles, [&](const Triangle& t) {
+            return std::ranges::any_of(t, [&](std::int32_t n) { return n < part.owned(); });
+        });
+        if (part.sum(static_cast<double>(own)) == 0)
             fail("{} selects no whole triangle of the surface for its traction or pressure", key);
         const EdgeNodes edges(mesh, triangles);
         for (const Triangle& t : triangles) {

@@ -102,6 +102,8 @@ void DistributedHierarchy::add_quadratic() { add(quadratic_share, 1); }
 void DistributedHierarchy::add(FinerShare (*finer_of)(const PartitionedMesh&, const LocalSets&),
                                int tets_of_one) {
     const PartitionedMesh& coarse = levels.front().share;
+    if (coarse.is_quadratic())
+        fail("refine: the finest level has ten-node tets, expected four-node ones");
     Level level;
     BarycentricMap in_coarse;
     {

@@ -131,8 +131,8 @@ Division::Division(const PartitionedMesh& coarse, const LocalSets& sets, Form fo
     share.owned = coarse.owned + edges_.owned();
 }
 
-/// Refined, a node comes after the nodes and edges below it; of ten nodes, after the nodes alone.
-/// PETSc's numbers are so on each rank for itself.
+/// In a refined mesh a node follows all lower nodes and their edges. In a ten-node mesh all nodes
+/// come before all midpoints. PETSc's numbers do the same within each rank.
 Division::Numbers Division::of_node(std::int32_t n) const {
     const SharedEdges::Node& node = edges_.node(n);
     if (form_ == Form::refined)

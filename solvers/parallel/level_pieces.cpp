@@ -24,7 +24,7 @@ LevelPieces level_pieces(const TetMesh& whole) {
         if (piece == static_cast<std::int32_t>(n)) {
             piece = static_cast<std::int32_t>(boxes.size());
             boxes.emplace_back();
-            pieces.all.push_back({.centre = {}, .node = static_cast<std::int32_t>(n)});
+            pieces.all.push_back({.centre = {}, .node = static_cast<std::int32_t>(n), .tet = -1});
         } else {
             piece = pieces.of_node[piece];
         }
@@ -62,7 +62,7 @@ LevelPieces pieces_of_finer(LevelPieces coarse, const PartitionedMesh& fine,
                   MPI_MIN, fine.comm);
     for (std::size_t p = 0; p < lowest.size(); ++p) {
         coarse.all[p].node = lowest[p];
-        coarse.all[p].tet *= tets_of_one;
+        if (coarse.all[p].tet >= 0) coarse.all[p].tet *= tets_of_one;
     }
     return {std::move(coarse.all), std::move(of_node)};
 }

@@ -14,7 +14,7 @@ RowRange row_range(MPI_Comm comm, std::size_t rows);
 
 /// Moves values of a whole mesh's nodes or tets between the ranks that own them and the consecutive
 /// blocks in which files are read and written (see row_range): no rank holds more than its part and
-/// its block. Files are the same whatever the number of ranks that wrote them.
+/// its block. Tables of nodes and tets are the same on any number of ranks.
 class RowBlocks {
   public:
     /// `mine`: the numbers, 0 to rows - 1, of what this rank owns; each is owned by one rank.

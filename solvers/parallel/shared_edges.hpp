@@ -24,10 +24,10 @@ class SharedEdges {
     std::int64_t total() const { return total_; }  ///< edges of the whole mesh
     std::int32_t owned() const { return owned_; }  ///< those of this rank, which come first
 
-    /// What is known of a local node, its own edges those that it is the lower end of.
+    /// Counts for a local node. Its own edges are those whose lower end it is.
     struct Node {
         std::int64_t edges_below;  ///< edges of the whole mesh whose lower ends are below it
-        std::int64_t first_row;    ///< of its own edges, rank by rank
+        std::int64_t first_row;    ///< of its first own edge, in rows numbered rank by rank
         std::int64_t count;        ///< of its own edges
         std::int64_t rank_nodes_end, rank_first_edge;  ///< of its rank: end of PETSc's numbers of
                                                        ///< nodes, and the first edge's row
