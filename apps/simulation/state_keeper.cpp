@@ -48,14 +48,14 @@ bool is_first_rank() {
 
 }  // namespace
 
-StateKeeper::StateKeeper(const Scene& scene, std::size_t whole, const TetMesh& mesh,
+StateKeeper::StateKeeper(const Scene& scene, std::size_t tets, const TetMesh& mesh,
                          const PartitionedMesh& share, RunStart start)
     : scene_(scene),
       owned_(static_cast<std::size_t>(share.owned)),
       nodes_(node_blocks(share)),
       is_first_rank_(is_first_rank()),
       keeps_checkpoints_(keeps_checkpoints(scene, start)),
-      store_(scene.output.file, run_identity(scene, keeps_checkpoints_), share.total, whole) {
+      store_(scene.output.file, run_identity(scene, keeps_checkpoints_), share.total, tets) {
     if (start == RunStart::from_checkpoint) {
         std::tie(start_, restored_) = store_.read();
     } else if (keeps_checkpoints_ && is_first_rank_) {
@@ -69,7 +69,7 @@ StateKeeper::StateKeeper(const Scene& scene, std::size_t whole, const TetMesh& m
     if (share.ranks == 1)
         begin(mesh);
     else
-        begin(rows_of_file(mesh, share, whole));
+        begin(rows_of_file(mesh, share, tets));
 }
 
 RunHooks StateKeeper::hooks(DeformableBody& body, ProgressCallback progress) {

@@ -15,10 +15,10 @@ enum class RunStart { anew, from_checkpoint };
 /// files of the first rank that `close` puts into the result. All functions are collective.
 class StateKeeper {
   public:
-    /// Begins the result. `whole`: the number of tets of the whole mesh, of which `mesh` and
+    /// Begins the result. `tets`: the number of tets of the whole mesh, of which `mesh` and
     /// `share` are this rank's part; they are not kept. Throws Error if the run should write or
     /// read checkpoints and cannot. The scene must outlive this.
-    StateKeeper(const Scene& scene, std::size_t whole, const TetMesh& mesh,
+    StateKeeper(const Scene& scene, std::size_t tets, const TetMesh& mesh,
                 const PartitionedMesh& share, RunStart start);
 
     /// Of the run of this body on that mesh, which must outlive this. Brings it to where the run

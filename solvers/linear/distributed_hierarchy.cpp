@@ -93,7 +93,7 @@ void DistributedHierarchy::take(const MeshHierarchy& hierarchy,
 }
 
 void DistributedHierarchy::add_refined() {
-    check_can_refine(tets, 1);
+    check_can_refine(tets);
     add(refined_share, 8);
 }
 

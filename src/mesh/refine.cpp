@@ -40,10 +40,9 @@ std::array<Triangle, 4> children_of(const Triangle& t, const Triangle& m) {
             Triangle{m[0], m[1], m[2]}};
 }
 
-void check_can_refine(std::size_t tets, int times) {
+void check_can_refine(std::size_t tets) {
     constexpr std::size_t most = std::numeric_limits<std::int32_t>::max();
-    for (int i = 0; i < times; ++i, tets *= 8)
-        if (tets > most / 8) fail("refine: {} tets times eight, expected at most {}", tets, most);
+    if (tets > most / 8) fail("refine: {} tets times eight, expected at most {}", tets, most);
 }
 
 namespace {
@@ -109,7 +108,7 @@ MeshHierarchy with_refined_levels(MeshHierarchy hierarchy, int times) {
         const TetMesh& linear = hierarchy.levels.front();
         if (!linear.edge_nodes.empty())
             fail("refine: the finest level has ten-node tets, expected four-node ones");
-        check_can_refine(linear.tets.size(), 1);
+        check_can_refine(linear.tets.size());
         const TetMesh quadratic = quadratic_mesh(linear);
         const std::vector<std::int32_t> number = numbers_in_refined(quadratic);
         const BarycentricMap places = map_into_linear(quadratic);

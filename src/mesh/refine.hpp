@@ -15,9 +15,8 @@ std::array<Tet, 8> children_of(const Tet& corners, const std::array<std::int32_t
 /// The four triangles that a triangle is cut into; middles: of its edges 01, 12, 20.
 std::array<Triangle, 4> children_of(const Triangle& corners, const Triangle& middles);
 
-/// Throws Error if so many tets, each cut into eight `times` times, are more than there are
-/// numbers.
-void check_can_refine(std::size_t tets, int times);
+/// Throws Error if so many tets, each cut into eight, are more than there are numbers.
+void check_can_refine(std::size_t tets);
 
 /// Adds `times` finer levels. Each tet of the finest level is cut into eight, so that angles stay
 /// bounded for any number of refinements (J. Bey, Tetrahedral grid refinement, 1995). The body and
