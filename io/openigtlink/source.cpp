@@ -255,10 +255,10 @@ class OpenIgtLinkSource::Connector {
         });
     }
 
+    /// Counts first: whoever holds the sample finds its messages in the statistics.
     void post(const StreamSample& sample) {
+        count(connection_ ? connection_->parser.counts() : igtl::MessageParser::Counts{});
         hand_on_(sample);
-        const std::lock_guard lock(mutex_);
-        statistics_.samples = gatherer_.samples();
     }
 
     void set_state(State state) {
@@ -280,6 +280,7 @@ class OpenIgtLinkSource::Connector {
         if (statistics_.ambiguous > 0) statistics_.last_error = gatherer_.ambiguity();
         statistics_.names = gatherer_.names();
         statistics_.never_came = gatherer_.never_came();
+        statistics_.samples = gatherer_.samples();
         if (statistics_.messages > 0) statistics_.last_arrival_s = last_message_s_;
     }
     void add_finished(const igtl::MessageParser::Counts& counts) {
