@@ -1,5 +1,7 @@
 #include "mechanics/batch_kernels.hpp"
 
+#include <Eigen/Eigenvalues>
+
 #include <algorithm>
 #include <cstring>
 #include <numeric>
@@ -9,7 +11,6 @@
 #include "mechanics/materials/corotated.hpp"
 #include "mechanics/rotation.hpp"
 #include "mechanics/scaled_stiffness.hpp"
-#include "mechanics/tet_kernels.hpp"
 
 namespace livetet {
 
@@ -227,34 +228,46 @@ void update_rotations(const TetBatches<Real, nodes>& batches, BatchRange range,
     }
 }
 
-template <class Real>
-void add_forces(const TetBatches<Real>& batches, BatchRange range,
+// Products are flattened, so that less goes through memory.
+
+template <class Real, int nodes>
+void add_forces(const TetBatches<Real, nodes>& batches, BatchRange range,
                 std::span<const RotationBatch<Real>> rotations, std::span<const Real> u,
                 std::span<Real> f) {
+    constexpr int points = TetBatches<Real, nodes>::points;
+    const Lanes<Real> share = all_lanes(Real(1) / points);
     for (std::size_t k = range.begin; k < range.end; ++k) {
-        const TetBatch<Real>& b = batches[k];
-        const Mat3<Real> F = plus_identity(gradient_of(b, u.data()));
-        scatter_forces(
-            b,
-            hooke_stress(load<Real>(b.lambda), load<Real>(b.mu),
-                         load_matrix<Real>(rotation_of_batch(rotations, k).R), F, Real(1)),
-            f.data());
+        const TetBatch<Real, nodes>& b = batches[k];
+        const Lanes<Real> lambda = share * load<Real>(b.lambda), mu = share * load<Real>(b.mu);
+        const PointGradients<Real, nodes> H(b, u.data());
+        PointForces<Real, nodes> forces(b);
+        for (int q = 0; q < points; ++q)
+            forces.add(
+                q, hooke_stress(lambda, mu,
+                                load_matrix<Real>(rotation_of_batch(rotations, points * k + q).R),
+                                plus_identity(H.at(q)), Real(1)));
+        forces.scatter(f.data());
     }
 }
 
-template <class Real>
-void add_stiffness_times(Real factor, const TetBatches<Real>& batches, BatchRange range,
-                         std::span<const RotationBatch<Real>> rotations, std::span<const Real> v,
-                         std::span<Real> f) {
-    const Lanes<Real> s = all_lanes(factor);
+template <class Real, int nodes>
+[[gnu::flatten]] void add_stiffness_times(Real factor, const TetBatches<Real, nodes>& batches,
+                                          BatchRange range,
+                                          std::span<const RotationBatch<Real>> rotations,
+                                          std::span<const Real> v, std::span<Real> f) {
+    constexpr int points = TetBatches<Real, nodes>::points;
+    const Lanes<Real> share = all_lanes(factor / points);
     for (std::size_t k = range.begin; k < range.end; ++k) {
-        const TetBatch<Real>& b = batches[k];
-        const Mat3<Real> H = gradient_of(b, v.data());
-        scatter_forces(b,
-                       hooke_stress(load<Real>(b.lambda), load<Real>(b.mu),
-                                    load_matrix<Real>(rotation_of_batch(rotations, k).R),
-                                    {s * H.x, s * H.y, s * H.z}, Real(0)),
-                       f.data());
+        const TetBatch<Real, nodes>& b = batches[k];
+        const Lanes<Real> lambda = share * load<Real>(b.lambda), mu = share * load<Real>(b.mu);
+        const PointGradients<Real, nodes> H(b, v.data());
+        PointForces<Real, nodes> forces(b);
+        for (int q = 0; q < points; ++q)
+            forces.add(
+                q, hooke_stress(lambda, mu,
+                                load_matrix<Real>(rotation_of_batch(rotations, points * k + q).R),
+                                H.at(q), Real(0)));
+        forces.scatter(f.data());
     }
 }
 
@@ -320,31 +333,60 @@ void assemble(const TetBatches<Real>& batches, BatchRange range,
 
 namespace {
 
-const Corotated& corotated() {
-    static const Corotated m;
-    return m;
-}
-
-/// The blocks of one tet of a batch by Corotated, whatever its state; F - I = `H`.
-void assemble_one(const TetBatch<double>& b, int lane, const RotationBatch<double>& rotation,
-                  const Eigen::Matrix3d& H, Tangent tangent, double scale,
-                  const BlockPattern& pattern, std::size_t e, std::span<double> values, int part) {
-    Eigen::Matrix<double, 3, 4> g;
-    Eigen::Matrix3d R;
-    for (int m = 0; m < 9; ++m) {
-        g(m % 3, 1 + m / 3) = b.gradients[m][lane];
-        R(m % 3, m / 3) = rotation.R[m][lane];
+/// What the derivative of the rotation adds to the corotated tangent at a point: with S = R^T F,
+/// G = tr(S) I - S and p the pressure,
+///
+///     N = (p - 2 mu) (R G R^T)^-1,   dP = 2 mu dF + lambda (R : dF) R + [N a]x R,
+///
+/// a = the axial vector of dF R^T - R dF^T (from dR = R [w]x, G w = axial(R^T dF - dF^T R)). In the
+/// modes of N the tangent has the eigenvalues 2 (mu + n): n = -mu where it is to have none that is
+/// negative, and where an eigenvalue of G, a sum of two stretches, is too small to divide by.
+/// `mu` and `p`: times the volume of the point.
+Mat3<double> turn_stiffness(const Mat3<double>& R, const Mat3<double>& F, const Lanes<double>& mu,
+                            const Lanes<double>& p, Tangent tangent) {
+    using Lane = Lanes<double>;
+    // R G R^T = tr(S) I - F R^T, symmetric: (xx, yy, zz, xy, yz, zx)
+    const Lane trace = dot(R, F);
+    const Lane xx = trace - (F.x.x * R.x.x + F.y.x * R.y.x + F.z.x * R.z.x),
+               yy = trace - (F.x.y * R.x.y + F.y.y * R.y.y + F.z.y * R.z.y),
+               zz = trace - (F.x.z * R.x.z + F.y.z * R.y.z + F.z.z * R.z.z),
+               xy = -(F.x.x * R.x.y + F.y.x * R.y.y + F.z.x * R.z.y),
+               yz = -(F.x.y * R.x.z + F.y.y * R.y.z + F.z.y * R.z.z),
+               zx = -(F.x.z * R.x.x + F.y.z * R.y.x + F.z.z * R.z.x);
+    // Its eigenvalues are above `min_eigenvalue` where the leading minors of R G R^T -
+    // min_eigenvalue I are positive.
+    const Lane cut = all_lanes(Corotated::min_turned_stretch), zero_below = 2 - p / mu;
+    const Lane min_eigenvalue =
+        tangent == Tangent::positive ? (zero_below > cut ? zero_below : cut) : cut;
+    const Lane ax = xx - min_eigenvalue, ay = yy - min_eigenvalue, az = zz - min_eigenvalue,
+               minor = ax * ay - xy * xy;
+    const auto usual =
+        ax > 0 && minor > 0 && az * minor - ax * yz * yz - ay * zx * zx + 2 * xy * yz * zx > 0;
+    const Vec3<double> c0{yy * zz - yz * yz, yz * zx - xy * zz, xy * yz - yy * zx};
+    const Lane factor = (p - 2 * mu) / (xx * c0.x + xy * c0.y + zx * c0.z);
+    const Lane nxx = factor * c0.x, nxy = factor * c0.y, nzx = factor * c0.z,
+               nyy = factor * (xx * zz - zx * zx), nyz = factor * (xy * zx - xx * yz),
+               nzz = factor * (xx * yy - xy * xy);
+    Mat3<double> N{{nxx, nxy, nzx}, {nxy, nyy, nyz}, {nzx, nyz, nzz}};
+    if (!any(!usual)) return N;
+    for (int l = 0; l < batch_width<double>; ++l) {
+        if (usual[l]) continue;
+        Eigen::Matrix3d of_lane;
+        of_lane << xx[l], xy[l], zx[l], xy[l], yy[l], yz[l], zx[l], yz[l], zz[l];
+        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> modes(of_lane);
+        Eigen::Vector3d n;
+        for (int k = 0; k < 3; ++k) {
+            const double sum = modes.eigenvalues()[k];
+            n[k] = sum > Corotated::min_turned_stretch ? (p[l] - 2 * mu[l]) / sum : -mu[l];
+            if (tangent == Tangent::positive) n[k] = std::max(n[k], -mu[l]);
+        }
+        of_lane = modes.eigenvectors() * n.asDiagonal() * modes.eigenvectors().transpose();
+        N.x.x[l] = of_lane(0, 0), N.y.y[l] = of_lane(1, 1), N.z.z[l] = of_lane(2, 2);
+        N.x.y[l] = N.y.x[l] = of_lane(0, 1);
+        N.y.z[l] = N.z.y[l] = of_lane(1, 2);
+        N.x.z[l] = N.z.x[l] = of_lane(0, 2);
     }
-    g.col(0) = -g.col(1) - g.col(2) - g.col(3);
-    const double p = b.lambda[lane] * corotated().volume_strain(H, R);
-    const std::array<std::int32_t, 4> node = nodes_of_lane(b, lane);
-    visit_stiffness(corotated(), tangent, scale, b.mu[lane], b.lambda[lane], p, H, R, g,
-                    [&](int i, int j, const Eigen::Matrix3d& K) {
-                        if (node[i] < pattern.owned() && pattern.part_of(node[j]) == part)
-                            Eigen::Map<Eigen::Matrix3d>(values.data() +
-                                                        9 * static_cast<std::size_t>(pattern.place(
-                                                                e, i, j, node[i], node[j]))) += K;
-                    });
+    return N;
 }
 
 }  // namespace
@@ -359,31 +401,9 @@ void assemble_exact_tangent(const TetBatches<double>& batches, BatchRange range,
         const TetBatch<double>& b = batches[k];
         const Mat3<double> g = load_matrix<double>(b.gradients),
                            R = load_matrix<double>(rotation_of_batch(rotations, k).R);
-        const Mat3<double> H = gradient_of(b, u.data()), F = plus_identity(H);
+        const Mat3<double> F = plus_identity(gradient_of(b, u.data()));
         const Lane lambda = scale * load<double>(b.lambda), mu = scale * load<double>(b.mu);
-        // R G R^T = tr(S) I - F R^T, symmetric: (xx, yy, zz, xy, yz, zx)
-        const Lane trace = dot(R, F), p = lambda * (trace - 3);
-        const Lane xx = trace - (F.x.x * R.x.x + F.y.x * R.y.x + F.z.x * R.z.x),
-                   yy = trace - (F.x.y * R.x.y + F.y.y * R.y.y + F.z.y * R.z.y),
-                   zz = trace - (F.x.z * R.x.z + F.y.z * R.y.z + F.z.z * R.z.z),
-                   xy = -(F.x.x * R.x.y + F.y.x * R.y.y + F.z.x * R.z.y),
-                   yz = -(F.x.y * R.x.z + F.y.y * R.y.z + F.z.y * R.z.z),
-                   zx = -(F.x.z * R.x.x + F.y.z * R.y.x + F.z.z * R.z.x);
-        // Its eigenvalues, sums of two stretches, are above `min_eigenvalue` where the leading
-        // minors of R G R^T - min_eigenvalue I are positive.
-        const Lane cut = all_lanes(Corotated::min_turned_stretch), zero_below = 2 - p / mu;
-        const Lane min_eigenvalue =
-            tangent == Tangent::positive ? (zero_below > cut ? zero_below : cut) : cut;
-        const Lane ax = xx - min_eigenvalue, ay = yy - min_eigenvalue, az = zz - min_eigenvalue,
-                   minor = ax * ay - xy * xy;
-        const auto usual =
-            ax > 0 && minor > 0 && az * minor - ax * yz * yz - ay * zx * zx + 2 * xy * yz * zx > 0;
-        const Vec3<double> c0{yy * zz - yz * yz, yz * zx - xy * zz, xy * yz - yy * zx};
-        const Lane factor = (p - 2 * mu) / (xx * c0.x + xy * c0.y + zx * c0.z);
-        const Lane nxx = factor * c0.x, nxy = factor * c0.y, nzx = factor * c0.z,
-                   nyy = factor * (xx * zz - zx * zx), nyz = factor * (xy * zx - xx * yz),
-                   nzz = factor * (xx * yy - xy * xy);
-        const Mat3<double> N{{nxx, nxy, nzx}, {nxy, nyy, nyz}, {nzx, nyz, nzz}};
+        const Mat3<double> N = turn_stiffness(R, F, mu, lambda * (dot(R, F) - 3), tangent);
         Vec3<double> h[4] = {{}, R * g.x, R * g.y, R * g.z};
         h[0] = -(h[1] + h[2] + h[3]);
         alignas(32) double blocks[4][4][9][width];
@@ -404,14 +424,6 @@ void assemble_exact_tangent(const TetBatches<double>& batches, BatchRange range,
         for (int l = 0; l < width; ++l) {
             const std::int32_t e = batches.tet_at(k, l);
             if (e < 0) continue;
-            if (!usual[l]) {
-                Eigen::Matrix3d of_lane;
-                of_lane << H.x.x[l], H.y.x[l], H.z.x[l], H.x.y[l], H.y.y[l], H.z.y[l], H.x.z[l],
-                    H.y.z[l], H.z.z[l];
-                assemble_one(b, l, rotation_of_batch(rotations, k), of_lane, tangent, scale,
-                             pattern, e, values, part);
-                continue;
-            }
             const std::array<std::int32_t, 4> node = nodes_of_lane(b, l);
             for (int i = 0; i < 4; ++i)
                 for (int j = 0; j < 4; ++j) {
@@ -423,6 +435,35 @@ void assemble_exact_tangent(const TetBatches<double>& batches, BatchRange range,
                         value[m] += block[i <= j ? m : m % 3 * 3 + m / 3][l];
                 }
         }
+    }
+}
+
+template <int nodes>
+[[gnu::flatten]] void add_tangent_times(double factor, const TetBatches<double, nodes>& batches,
+                                        BatchRange range,
+                                        std::span<const RotationBatch<double>> rotations,
+                                        std::span<const double> u, Tangent tangent,
+                                        std::span<const double> v, std::span<double> f) {
+    constexpr int points = TetBatches<double, nodes>::points;
+    using Lane = Lanes<double>;
+    const Lane share = all_lanes(factor / points), zero = all_lanes(0.0);
+    for (std::size_t k = range.begin; k < range.end; ++k) {
+        const TetBatch<double, nodes>& b = batches[k];
+        const Lane lambda = share * load<double>(b.lambda), mu = share * load<double>(b.mu);
+        const PointGradients<double, nodes> H(b, u.data()), of_v(b, v.data());
+        PointForces<double, nodes> forces(b);
+        for (int q = 0; q < points; ++q) {
+            const Mat3<double> R =
+                load_matrix<double>(rotation_of_batch(rotations, points * k + q).R);
+            const Mat3<double> dF = of_v.at(q);
+            const Mat3<double> F = plus_identity(H.at(q));
+            const Mat3<double> N = turn_stiffness(R, F, mu, lambda * (dot(R, F) - 3), tangent);
+            const Mat3<double> A = dF * transposed(R);
+            const Vec3<double> y = N * Vec3<double>{A.y.z - A.z.y, A.z.x - A.x.z, A.x.y - A.y.x};
+            const Mat3<double> turn{{zero, y.z, -y.y}, {-y.z, zero, y.x}, {y.y, -y.x, zero}};
+            forces.add(q, 2 * mu * dF + (lambda * dot(R, dF)) * R + turn * R);
+        }
+        forces.scatter(f.data());
     }
 }
 
@@ -449,10 +490,10 @@ void rotate_gradients(const TetBatches<float>& batches, BatchRange range,
     template class TetBatches<Real>;                                                               \
     template void update_rotations(const TetBatches<Real, 4>&, BatchRange, std::span<const Real>,  \
                                    std::span<RotationBatch<Real>>);                                \
-    template void add_forces(const TetBatches<Real>&, BatchRange,                                  \
+    template void add_forces(const TetBatches<Real, 4>&, BatchRange,                               \
                              std::span<const RotationBatch<Real>>, std::span<const Real>,          \
                              std::span<Real>);                                                     \
-    template void add_stiffness_times(Real, const TetBatches<Real>&, BatchRange,                   \
+    template void add_stiffness_times(Real, const TetBatches<Real, 4>&, BatchRange,                \
                                       std::span<const RotationBatch<Real>>, std::span<const Real>, \
                                       std::span<Real>);                                            \
     template void assemble(const TetBatches<Real>&, BatchRange,                                    \
@@ -462,6 +503,21 @@ LIVETET_INSTANTIATE(float)
 LIVETET_INSTANTIATE(double)
 #undef LIVETET_INSTANTIATE
 
+template class TetBatches<double, 10>;
+template void update_rotations(const TetBatches<double, 10>&, BatchRange, std::span<const double>,
+                               std::span<RotationBatch<double>>);
+template void add_forces(const TetBatches<double, 10>&, BatchRange,
+                         std::span<const RotationBatch<double>>, std::span<const double>,
+                         std::span<double>);
+template void add_stiffness_times(double, const TetBatches<double, 10>&, BatchRange,
+                                  std::span<const RotationBatch<double>>, std::span<const double>,
+                                  std::span<double>);
+template void add_tangent_times(double, const TetBatches<double, 4>&, BatchRange,
+                                std::span<const RotationBatch<double>>, std::span<const double>,
+                                Tangent, std::span<const double>, std::span<double>);
+template void add_tangent_times(double, const TetBatches<double, 10>&, BatchRange,
+                                std::span<const RotationBatch<double>>, std::span<const double>,
+                                Tangent, std::span<const double>, std::span<double>);
 template class TetBatches<float, 10>;
 template void update_rotations(const TetBatches<float, 10>&, BatchRange, std::span<const float>,
                                std::span<RotationBatch<float>>);

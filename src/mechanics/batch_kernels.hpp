@@ -10,11 +10,11 @@
 #include "mechanics/material.hpp"
 #include "mechanics/tet_element.hpp"
 
-/// The kernels of the corotated P1 tet for many tets at once, a tet in each lane of a vector
-/// register; `Real` is float or double. All are pure, allocate nothing, and run over a range of
-/// batches: ranges whose tets share no node (add_*) or no block (assemble) may run at once. Vectors
-/// of nodes hold 3 numbers a node, x y z; those of floats one number behind the last node's, which
-/// is read but not used. batch_law.hpp has the kernels of other laws, and of tets of ten nodes and
+/// The kernels of corotated tets for many at once, a tet in each lane of a vector register; `Real`
+/// is float or double. All are pure, allocate nothing, and run over a range of batches: ranges
+/// whose tets share no node (add_*) or no block (assemble) may run at once. Vectors of nodes hold 3
+/// numbers a node, x y z; those of floats one number behind the last node's, which is read but not
+/// used. Those of ten nodes are in double precision; batch_law.hpp has the others: other laws, and
 /// hexahedra.
 namespace livetet {
 
@@ -112,16 +112,17 @@ template <class Real, int nodes>
 void update_rotations(const TetBatches<Real, nodes>& batches, BatchRange range,
                       std::span<const Real> u, std::span<RotationBatch<Real>> rotations);
 
-/// f_i += V P g_i, R fixed: P = R (2 mu eps + lambda tr(eps) I),
-/// eps = sym(R^T F) - I. u in m, f in N.
-template <class Real>
-void add_forces(const TetBatches<Real>& batches, BatchRange range,
+/// f_i += sum_q V_q P_q grad N_i, R fixed: P = R (2 mu eps + lambda tr(eps) I),
+/// eps = sym(R^T F) - I; of tets of four nodes, and in double precision of ten, with a rotation for
+/// each point or one that serves all. u in m, f in N.
+template <class Real, int nodes = 4>
+void add_forces(const TetBatches<Real, nodes>& batches, BatchRange range,
                 std::span<const RotationBatch<Real>> rotations, std::span<const Real> u,
                 std::span<Real> f);
 
 /// f += factor K(R) v: the same with eps = sym(R^T grad v), times `factor`.
-template <class Real>
-void add_stiffness_times(Real factor, const TetBatches<Real>& batches, BatchRange range,
+template <class Real, int nodes = 4>
+void add_stiffness_times(Real factor, const TetBatches<Real, nodes>& batches, BatchRange range,
                          std::span<const RotationBatch<Real>> rotations, std::span<const Real> v,
                          std::span<Real> f);
 
@@ -148,12 +149,17 @@ void assemble(const TetBatches<Real>& batches, BatchRange range,
 /// The same of the corotated energy's second derivative at `u` (m), where the rotations must have
 /// been taken, so with their own derivative: with S = R^T F, G = tr(S) I - S and p = lambda (tr(S)
 /// - 3), K_ij = V (2 mu (h_i . h_j) I + lambda h_i h_j^T + (p - 2 mu) [h_i]x^T (R G R^T)^-1 [h_j]x)
-/// (from dR = R [w]x, G w = g x R^T du). `tangent`: Tangent::exact or ::positive. Tets where G is
-/// all but singular, or K not positive as it is asked to be, go through Corotated's
-/// shear_tangent one by one.
+/// (from dR = R [w]x, G w = g x R^T du). `tangent`: Tangent::exact or ::positive.
 void assemble_exact_tangent(const TetBatches<double>& batches, BatchRange range,
                             std::span<const RotationBatch<double>> rotations,
                             std::span<const double> u, Tangent tangent, double scale,
                             const BlockPattern& pattern, std::span<double> values, int part = 0);
+
+/// f += factor K v with that K at `u`, of tets of four or ten nodes; rotations as add_forces has
+/// them. v in m, f in N for factor 1.
+template <int nodes>
+void add_tangent_times(double factor, const TetBatches<double, nodes>& batches, BatchRange range,
+                       std::span<const RotationBatch<double>> rotations, std::span<const double> u,
+                       Tangent tangent, std::span<const double> v, std::span<double> f);
 
 }  // namespace livetet

@@ -11,7 +11,7 @@ namespace lanes {
 template <int nodes>
 constexpr float linear_shape(int corner, int q) {
     if (nodes == 4) return 0.25F;
-    return corner == q ? TenNodes::near : TenNodes::far;
+    return static_cast<float>(corner == q ? TenNodes::near : TenNodes::far);
 }
 
 /// Pressures at the quadrature points of the tets of a batch.

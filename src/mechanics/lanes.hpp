@@ -216,11 +216,15 @@ Vec3<Real> gather(const Real* u, const std::int32_t (&offset)[batch_width<Real>]
         a.x = __builtin_shufflevector(xy01, xy23, 0, 1, 8, 9, 4, 5, 12, 13);
         a.y = __builtin_shufflevector(xy01, xy23, 2, 3, 10, 11, 6, 7, 14, 15);
         a.z = __builtin_shufflevector(z01, z23, 0, 1, 8, 9, 4, 5, 12, 13);
-    } else {
-        for (int l = 0; l < batch_width<Real>; ++l) {
-            const Real* p = u + offset[l];
-            a.x[l] = p[0], a.y[l] = p[1], a.z[l] = p[2];
-        }
+    } else {  // x and y at once; no number behind z is read
+        using Two [[gnu::vector_size(2 * sizeof(Real))]] = Real;
+        Two xy[4];
+        for (int l = 0; l < 4; ++l) std::memcpy(&xy[l], u + offset[l], sizeof xy[l]);
+        const Lanes<Real> xy01 = __builtin_shufflevector(xy[0], xy[1], 0, 1, 2, 3),
+                          xy23 = __builtin_shufflevector(xy[2], xy[3], 0, 1, 2, 3);
+        a.x = __builtin_shufflevector(xy01, xy23, 0, 2, 4, 6);
+        a.y = __builtin_shufflevector(xy01, xy23, 1, 3, 5, 7);
+        for (int l = 0; l < 4; ++l) a.z[l] = u[offset[l] + 2];
     }
     return a;
 }
@@ -228,25 +232,18 @@ Vec3<Real> gather(const Real* u, const std::int32_t (&offset)[batch_width<Real>]
 /// f += a at corner i of each tet, one after the other: tets may share nodes.
 template <class Real>
 void scatter_add(const Vec3<Real>& a, const std::int32_t (&offset)[batch_width<Real>], Real* f) {
-    if constexpr (batch_width<Real> == 8) {
-        using Two [[gnu::vector_size(2 * sizeof(Real))]] = Real;
-        alignas(32) Real rows[batch_width<Real>][4];
-        transpose(a, Lanes<Real>{}, rows);
-        for (int l = 0; l < batch_width<Real>; ++l) {
-            Real* p = f + offset[l];
-            const Real* row = rows[place<Real>(l)];
-            Two sum, more;
-            std::memcpy(&sum, p, sizeof sum);
-            std::memcpy(&more, row, sizeof more);
-            sum += more;
-            std::memcpy(p, &sum, sizeof sum);
-            p[2] += row[2];
-        }
-    } else {
-        for (int l = 0; l < batch_width<Real>; ++l) {
-            Real* p = f + offset[l];
-            p[0] += a.x[l], p[1] += a.y[l], p[2] += a.z[l];
-        }
+    using Two [[gnu::vector_size(2 * sizeof(Real))]] = Real;
+    alignas(32) Real rows[batch_width<Real>][4];
+    transpose(a, Lanes<Real>{}, rows);
+    for (int l = 0; l < batch_width<Real>; ++l) {
+        Real* p = f + offset[l];
+        const Real* row = rows[place<Real>(l)];
+        Two sum, more;
+        std::memcpy(&sum, p, sizeof sum);
+        std::memcpy(&more, row, sizeof more);
+        sum += more;
+        std::memcpy(p, &sum, sizeof sum);
+        p[2] += row[2];
     }
 }
 
@@ -336,8 +333,8 @@ class PointForces<Real, 4> {
 ///     d_a = (4 L_a - 1) u_a + 4 sum_b L_b u_ab,
 /// is the same at all points but for what belongs to point q: corner q and the edges at it.
 struct TenNodes {
-    static constexpr float near = 0.58541019662496845446F, far = 0.13819660112501051518F;
-    static constexpr float more = 4 * (near - far);
+    static constexpr double near = 0.58541019662496845446, far = 0.13819660112501051518;
+    static constexpr double more = 4 * (near - far);
     /// The edge between two corners (tet_edges), or -1.
     static constexpr int edges[4][4] = {{-1, 0, 2, 3}, {0, -1, 1, 4}, {2, 1, -1, 5}, {3, 4, 5, -1}};
     static constexpr int edge(int a, int b) { return edges[a][b]; }
@@ -353,12 +350,12 @@ class PointGradients<Real, 10> {
             Vec3<Real> sum{};
             for (int c = 0; c < 4; ++c)
                 if (c != a) sum = sum + u_[4 + TenNodes::edge(a, c)];
-            shared_[a] = all_lanes<Real>(4 * TenNodes::far - 1) * u_[a] +
-                         all_lanes<Real>(4 * TenNodes::far) * sum;
+            shared_[a] = all_lanes(static_cast<Real>(4 * TenNodes::far - 1)) * u_[a] +
+                         all_lanes(static_cast<Real>(4 * TenNodes::far)) * sum;
         }
     }
     Mat3<Real> at(int q) const {
-        const Lanes<Real> more = all_lanes<Real>(TenNodes::more);
+        const Lanes<Real> more = all_lanes(static_cast<Real>(TenNodes::more));
         Vec3<Real> d[4];
         for (int a = 0; a < 4; ++a)
             d[a] = shared_[a] + more * (a == q ? u_[a] : u_[4 + TenNodes::edge(a, q)]);
@@ -399,9 +396,9 @@ class PointForces<Real, 10> {
         }
     }
     void scatter(Real* f) const {
-        const Lanes<Real> more = all_lanes<Real>(TenNodes::more),
-                          edge = all_lanes<Real>(4 * TenNodes::far),
-                          corner = all_lanes<Real>(4 * TenNodes::far - 1);
+        const Lanes<Real> more = all_lanes(static_cast<Real>(TenNodes::more)),
+                          edge = all_lanes(static_cast<Real>(4 * TenNodes::far)),
+                          corner = all_lanes(static_cast<Real>(4 * TenNodes::far - 1));
         for (int a = 0; a < 4; ++a) scatter_add(corner * sum_[a] + more * own_[a], b_.offset[a], f);
         for (int k = 0; k < 6; ++k)
             scatter_add(edge * (sum_[tet_edges[k][0]] + sum_[tet_edges[k][1]]) + more * own_[4 + k],

@@ -289,20 +289,38 @@ TYPED_TEST(BatchKernels, AssembledBlocksAreThoseOfStiffnessBlock) {
     }
 }
 
-/// Ordinary tets by lanes, those that are flat, inverted or (positive) pressed together one by one:
-/// all as Corotated has them. Every block in one of two arrays, as on several ranks.
-TEST(BatchKernelsWithTurns, BlocksAreTheSecondDerivativeOfTheEnergy) {
+/// Ordinary tets, and some that are flat, inverted or pressed together.
+Soup turned_soup(int count) {
+    Soup s;
+    for (int e = 0; e < count; ++e) s.add_stretched(Vector3d(0.9, 1, 1) + 0.2 * s.random_vector());
+    if (count > 8) {
+        s.add_stretched({1, 1, 0});
+        s.add_stretched({1, 0.9, -0.8});
+        s.add_stretched({0.02, 1, 0.02});
+    }
+    if (count % 2) s.share_nodes();
+    return s;
+}
+
+/// visit(e, i, j, 0.7 K_ij) of each tet, as Corotated has it.
+template <class Visit>
+void visit_blocks(const Soup& s, const TetBatches<double>& batches,
+                  const std::vector<RotationBatch<double>>& r, Tangent tangent, Visit&& visit) {
     const Corotated corotated;
+    for (std::size_t e = 0; e < s.tets.size(); ++e) {
+        const Matrix3d H = gradient_of(s.elements[e], s.nodal(e, s.u));
+        const Matrix3d R = BatchKernels<double>::rotation(batches, r, e);
+        const TetElement& t = s.elements[e];
+        visit_stiffness(corotated, tangent, 0.7 * t.volume, t.mu, t.lambda,
+                        t.lambda * corotated.volume_strain(H, R), H, R, t.gradients,
+                        [&](int i, int j, const Matrix3d& K) { visit(e, i, j, K); });
+    }
+}
+
+/// As Corotated has them. Every block in one of two arrays, as on several ranks.
+TEST(BatchKernelsWithTurns, BlocksAreTheSecondDerivativeOfTheEnergy) {
     for (const int count : counts) {
-        Soup s;
-        for (int e = 0; e < count; ++e)
-            s.add_stretched(Vector3d(0.9, 1, 1) + 0.2 * s.random_vector());
-        if (count > 8) {
-            s.add_stretched({1, 1, 0});
-            s.add_stretched({1, 0.9, -0.8});
-            s.add_stretched({0.02, 1, 0.02});
-        }
-        if (count % 2) s.share_nodes();
+        const Soup s = turned_soup(count);
         const TetBatches<double> batches = in_parts<double>(s);
         const auto r = BatchKernels<double>::rotations(s, batches);
         const BlockPattern pattern = pattern_of(s);
@@ -312,21 +330,14 @@ TEST(BatchKernelsWithTurns, BlocksAreTheSecondDerivativeOfTheEnergy) {
                 expected[part].assign(9 * pattern.size(part), 2.0);
                 values[part] = expected[part];
             }
-            for (std::size_t e = 0; e < s.tets.size(); ++e) {
-                const Matrix3d H = gradient_of(s.elements[e], s.nodal(e, s.u));
-                const Matrix3d R = BatchKernels<double>::rotation(batches, r, e);
-                const TetElement& t = s.elements[e];
-                visit_stiffness(
-                    corotated, tangent, 0.7 * t.volume, t.mu, t.lambda,
-                    t.lambda * corotated.volume_strain(H, R), H, R, t.gradients,
-                    [&](int i, int j, const Matrix3d& K) {
-                        const std::int32_t row = s.tets[e][i], column = s.tets[e][j];
-                        if (row >= pattern.owned()) return;
-                        auto& blocks = expected[pattern.part_of(column)];
-                        Eigen::Map<Matrix3d>(
-                            &blocks[9 * static_cast<std::size_t>(pattern.place(row, column))]) += K;
-                    });
-            }
+            visit_blocks(
+                s, batches, r, tangent, [&](std::size_t e, int i, int j, const Matrix3d& K) {
+                    const std::int32_t row = s.tets[e][i], column = s.tets[e][j];
+                    if (row >= pattern.owned()) return;
+                    auto& blocks = expected[pattern.part_of(column)];
+                    Eigen::Map<Matrix3d>(
+                        &blocks[9 * static_cast<std::size_t>(pattern.place(row, column))]) += K;
+                });
             for (int part = 0; part < 2; ++part) {
                 assemble_exact_tangent(batches, batches.all(), r, s.u, tangent, 0.7, pattern,
                                        values[part], part);
@@ -334,6 +345,27 @@ TEST(BatchKernelsWithTurns, BlocksAreTheSecondDerivativeOfTheEnergy) {
                 for (std::size_t k = 0; k < values[part].size(); ++k)
                     ASSERT_NEAR(values[part][k], expected[part][k], tolerance) << count << ' ' << k;
             }
+        }
+    }
+}
+
+TEST(BatchKernelsWithTurns, ProductsAreThoseOfTheBlocks) {
+    for (const int count : counts) {
+        Soup s = turned_soup(count);
+        const TetBatches<double> batches = in_parts<double>(s);
+        const auto r = BatchKernels<double>::rotations(s, batches);
+        std::vector<double> v(s.u.size());
+        for (double& x : v) x = s.normal(s.generator);
+        for (const Tangent tangent : {Tangent::exact, Tangent::positive}) {
+            std::vector<double> expected(v.size(), 2.0), f(expected);
+            visit_blocks(s, batches, r, tangent,
+                         [&](std::size_t e, int i, int j, const Matrix3d& K) {
+                             at(expected, s.tets[e][i]) += K * at(v, s.tets[e][j]);
+                         });
+            add_tangent_times<4>(0.7, batches, batches.all(), r, s.u, tangent, v, f);
+            const double tolerance = 1e-11 * BatchKernels<double>::largest(expected);
+            for (std::size_t k = 0; k < f.size(); ++k)
+                ASSERT_NEAR(f[k], expected[k], tolerance) << count << ' ' << k;
         }
     }
 }

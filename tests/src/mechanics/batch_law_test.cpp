@@ -10,6 +10,7 @@
 #include <random>
 
 #include "mechanics/hex_kernels.hpp"
+#include "mechanics/materials/corotated.hpp"
 #include "mechanics/materials/kinematics.hpp"
 #include "mechanics/materials/registry.hpp"
 #include "mechanics/rotation.hpp"
@@ -190,6 +191,52 @@ TEST(BatchLaw, ForcesAndProductsAreThoseOfTheModels) {
             compare<10>(*model, *law, size);
         }
         for (const double size : {1e-3, 0.1, 1.5}) compare<8>(*model, *law, size);
+    }
+}
+
+/// The kernels of ten nodes in double precision against Corotated at each point. The larger
+/// displacement inverts points, which have no tangent of the usual form.
+TEST(BatchLaw, TenNodesInDoublePrecisionAreThoseOfCorotated) {
+    const Corotated model;
+    for (const double size : {1e-3, 0.3, 1.5}) {
+        const BentBlock<10> block(size);
+        const std::vector<double> u(block.u.begin(), block.u.end()),
+            v(block.v.begin(), block.v.end());
+        const TetBatches<double, 10> batches(test::element_of(block.elements), block.tets);
+        auto r = batches.make_rotations();
+        update_rotations(batches, batches.all(), std::span(u), std::span(r));
+        const std::span<const RotationBatch<double>> R(r);
+        std::vector<double> f(u.size());
+        const auto expect = [&](double factor, const char* what, auto&& stress) {
+            const std::vector<double> expected = block.sum(factor, stress);
+            double largest = 0;
+            for (const double x : expected) largest = std::max(largest, std::abs(x));
+            for (std::size_t k = 0; k < f.size(); ++k)
+                ASSERT_NEAR(f[k], expected[k], 1e-10 * largest) << what << ' ' << size << ' ' << k;
+            f.assign(f.size(), 0.0);
+        };
+        const auto p = [&](std::size_t e, const Matrix3d& H) {
+            return block.elements[e].lambda * model.volume_strain(H, rotation_in(model, H));
+        };
+        add_forces(batches, batches.all(), R, std::span(u), std::span(f));
+        expect(1, "forces", [&](std::size_t e, const Matrix3d& H, const Matrix3d&) {
+            return model.stress(block.elements[e].mu, p(e, H), H, rotation_in(model, H));
+        });
+        add_stiffness_times(0.7, batches, batches.all(), R, std::span(v), std::span(f));
+        expect(0.7, "products", [&](std::size_t e, const Matrix3d& H, const Matrix3d& dF) {
+            return model.bounded_increment(block.elements[e].lambda, block.elements[e].mu, H,
+                                           rotation_in(model, H), dF);
+        });
+        for (const Tangent tangent : {Tangent::exact, Tangent::positive}) {
+            add_tangent_times<10>(0.7, batches, batches.all(), R, u, tangent, v, f);
+            expect(0.7, "tangent", [&](std::size_t e, const Matrix3d& H, const Matrix3d& dF) {
+                const Matrix3d N = rotation_in(model, H);
+                const Eigen::Matrix<double, 9, 1> dP =
+                    model.shear_tangent(block.elements[e].mu, p(e, H), H, tangent) * dF.reshaped();
+                return Matrix3d(dP.reshaped(3, 3) +
+                                block.elements[e].lambda * N.cwiseProduct(dF).sum() * N);
+            });
+        }
     }
 }
 
