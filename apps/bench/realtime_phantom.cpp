@@ -161,7 +161,9 @@ namespace {
 std::vector<FrameMethod> frame_methods(int threads) {
     return {{"live", {.kind = SolverKind::live, .threads = threads}, {1, 2, 3, 5, 8}},
             {"live, one thread", {.kind = SolverKind::live, .threads = 1}, {1, 2, 3, 5, 8}},
-            {"PCMG rediscretised", {.kind = SolverKind::multigrid}, {1, 2, 3, 5, 8}},
+            {"PCMG rediscretised",
+             {.kind = SolverKind::multigrid, .finest = FinestOperator::assembled},
+             {1, 2, 3, 5, 8}},
             {"PCMG Galerkin",
              {.kind = SolverKind::multigrid, .coarse = CoarseOperator::galerkin},
              {1, 2, 3, 5}},

@@ -6,17 +6,21 @@
 #include "apps/scene/live_element.hpp"
 #include "apps/scene/rank_memory.hpp"
 #include "mesh/quadratic.hpp"
+#include "solvers/linear/multigrid_solver.hpp"
 
 namespace livetet {
 
 namespace {
 
-std::vector<LevelSize> explain_levels(const MeshHierarchy& hierarchy, bool multigrid) {
+/// `has_matrix`: whether the finest level's operator is one.
+std::vector<LevelSize> explain_levels(const MeshHierarchy& hierarchy, bool multigrid,
+                                      bool has_matrix) {
     std::vector<LevelSize> sizes;
     fmt::print("\n{:<8} {:>9} {:>9} {:>11} {:>12}\n", "level", "tets", "nodes", "unknowns",
                "memory/MB");
     for (std::size_t l = 0; l < (multigrid ? hierarchy.levels.size() : 1); ++l) {
-        const LevelSize& size = sizes.emplace_back(size_of_level(hierarchy.levels[l]));
+        const LevelSize& size =
+            sizes.emplace_back(size_of_level(hierarchy.levels[l], l > 0 || has_matrix));
         fmt::print("{:<8} {:>9} {:>9} {:>11} {:>12.1f}\n", l, size.tets, size.nodes, 3 * size.nodes,
                    size.bytes / 1e6);
     }
@@ -61,7 +65,10 @@ void explain(const std::filesystem::path& path, std::span<const int> ranks) {
     if (scene.track) parts.push_back(explain_live(scene, hierarchy));
     for (const ExplainedPart& p : parts)
         fmt::print("{:<11} {:<22} {}\n", p.built ? "builds" : "leaves out", p.part, p.why);
-    const std::vector<LevelSize> levels = explain_levels(hierarchy, multigrid);
+    const bool has_matrix =
+        kind == SolverKind::live ||
+        !(multigrid && MultigridSolver::finest_is_matrix_free(elastic_model(scene), scene.solver));
+    const std::vector<LevelSize> levels = explain_levels(hierarchy, multigrid, has_matrix);
     if (!ranks.empty())
         explain_ranks(levels, ranks, scene.mesh.refine + (scene.elements == Elements::p2 ? 1 : 0));
     if (scene.track) fmt::print("\n{}", describe_live_element(scene, tets));

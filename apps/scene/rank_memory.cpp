@@ -8,20 +8,29 @@
 
 namespace livetet {
 
-LevelSize size_of_level(const TetMesh& mesh) {
+namespace {
+
+/// 3x3 blocks in the operator; of a P1 mesh one for each node and two for each edge.
+double block_count(const TetMesh& mesh) {
+    const auto nodes = static_cast<double>(mesh.nodes.size());
+    if (!mesh.edge_nodes.empty()) return 28 * nodes;
+    const auto edges = edges_by_lower_end(mesh.tets, mesh.nodes.size()).items.size();
+    return nodes + 2 * static_cast<double>(edges);
+}
+
+}  // namespace
+
+LevelSize size_of_level(const TetMesh& mesh, bool has_matrix) {
     const bool linear = mesh.edge_nodes.empty();
     const auto nodes = static_cast<double>(mesh.nodes.size()),
                tets = static_cast<double>(mesh.tets.size());
-    // 3x3 blocks in the operator; of a P1 mesh one for each node and two for each edge.
-    const double blocks =
-        linear ? nodes + 2.0 * static_cast<double>(
-                                   edges_by_lower_end(mesh.tets, mesh.nodes.size()).items.size())
-               : 28.0 * nodes;
-    // A block with its column; for each tet its gradients, rotations, nodes and block indices; for
-    // each node its vectors, constraints and row of a transfer.
-    const double bytes = 76.0 * blocks + (linear ? 228.0 : 470.0) * tets + 600.0 * nodes;
+    // A block with its column; for each tet its gradients, rotations, nodes and block indices, or
+    // the first three in both precisions; for each node its vectors, constraints and row of a
+    // transfer.
+    const double operator_bytes = has_matrix ? 76 * block_count(mesh) + (linear ? 228 : 470) * tets
+                                             : (linear ? 400 : 1400) * tets;
     // For each tet its nodes; for each node its place and its row of the transfer.
-    return {mesh.tets.size(), mesh.nodes.size(), bytes,
+    return {mesh.tets.size(), mesh.nodes.size(), operator_bytes + 600 * nodes,
             (linear ? 16.0 : 40.0) * tets + 72.0 * nodes};
 }
 

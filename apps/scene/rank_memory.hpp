@@ -19,8 +19,9 @@ struct LevelSize {
     double mesh_bytes = 0;  ///< the whole mesh with its transfer
 };
 
-/// The size of a level, its memory estimated from the numbers of its blocks, tets and nodes.
-LevelSize size_of_level(const TetMesh& mesh);
+/// The size of a level, its memory estimated from the numbers of its blocks, tets and nodes;
+/// `has_matrix`: whether its operator is one.
+LevelSize size_of_level(const TetMesh& mesh, bool has_matrix);
 
 /// The largest rank's memory in `solve`, bytes, estimated.
 struct RankMemory {

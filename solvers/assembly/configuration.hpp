@@ -13,7 +13,7 @@ namespace livetet {
 /// read (LevelAssembler::make_rotations makes it); empty where the model does not rotate.
 struct ElementRotations {
     std::vector<Eigen::Matrix3d> points;         ///< of tet e, point q: e * points + q
-    std::vector<RotationBatch<double>> batches;  ///< P1 by displacements
+    std::vector<RotationBatch<double>> batches;  ///< of batches
     std::vector<RotationBatch<float>> single;    ///< without a matrix; of points, or tets
     std::vector<float>
         single_u;  ///< with `single`: u that they were taken at, m, one number behind

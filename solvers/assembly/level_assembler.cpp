@@ -6,42 +6,8 @@
 #include "mechanics/rotation.hpp"
 #include "solvers/assembly/batch_support.hpp"
 #include "solvers/assembly/level_assembler_points.hpp"
-#include "solvers/assembly/pointwise_law.hpp"
 
 namespace livetet {
-
-namespace {
-
-/// Forces at all local nodes. Those on ghosts are not read: their owners compute them.
-class LocalForces {
-  public:
-    explicit LocalForces(Vec f) : vec_(f) {
-        LIVETET_PETSC(VecGhostGetLocalForm(f, &local_));
-        LIVETET_PETSC(VecGetArray(local_, &data_));
-    }
-    ~LocalForces() {
-        VecRestoreArray(local_, &data_);
-        VecGhostRestoreLocalForm(vec_, &local_);
-    }
-    LocalForces(const LocalForces&) = delete;
-    LocalForces& operator=(const LocalForces&) = delete;
-    std::span<double> span(const PartitionedMesh& share) { return {data_, 3 * share.nodes.size()}; }
-
-  private:
-    Vec vec_;
-    Vec local_ = nullptr;
-    PetscScalar* data_ = nullptr;
-};
-
-/// Parts of the first round (see BatchParts). More than there are threads, so that these find work
-/// when one of them has lost its core; whatever their number, so that results are the same. Smaller
-/// parts would wait for each other longer than they take.
-int part_count(std::size_t tets) {
-    constexpr std::size_t tets_a_part = 100, most = 8;
-    return static_cast<int>(std::clamp<std::size_t>(tets / tets_a_part, 1, most));
-}
-
-}  // namespace
 
 LevelAssembler::LevelAssembler(PartitionedMesh share, std::span<const Material> materials,
                                const ModelChoice& model, Formulation formulation,
@@ -57,7 +23,18 @@ LevelAssembler::LevelAssembler(PartitionedMesh share, std::span<const Material> 
         matrix_.emplace(share_, *layout);
     } else if (std::holds_alternative<SinglePrecision>(storage)) {
         make_single_batches();
+    } else if (std::holds_alternative<BothPrecisions>(storage)) {
+        make_double_batches();
+        make_copy();
     }
+}
+
+void LevelAssembler::make_matrix(MatrixLayout layout) {
+    matrix_.emplace(share_, layout);
+    matrix_->set_constrained(constrained_);
+    if (!keeps_damping_rotations_) return;
+    const PetscHandle<Vec> anywhere = make_vector(share_);  // K_d depends on rotations alone
+    keep_damping({.u = anywhere.get(), .rotations = &damping_rotations_});
 }
 
 void LevelAssembler::find_moduli(std::span<const Material> materials, const ModelChoice& model) {
@@ -136,94 +113,10 @@ double LevelAssembler::least_mu() const {
     return least;
 }
 
-void LevelAssembler::make_double_batches() {
-    parts_ = part_batches(share_.tets, 1, batch_width<double>);
-    batches_.emplace([this](std::size_t e) { return operator_element(e); }, share_.tets, parts_);
-    std::vector<std::int32_t>().swap(parts_.tet_of_lane);  // lanes are in the order of the tets
-}
-
-const BatchLaw* LevelAssembler::shared_law() const {
-    const ConstitutiveModel& first = *moduli_.front().model;
-    for (const Moduli& m : moduli_)
-        if (m.model->name() != first.name()) return nullptr;
-    return first.is_hooke_by_rotation() ? &hooke_law() : first.batch_law();
-}
-
-void LevelAssembler::make_single_batches() {
-    const std::vector<float> zeros(3 * share_.nodes.size() + 1);
-    const BatchLaw* law = shared_law();
-    std::unique_ptr<const BatchLaw> own;
-    if (!law) {
-        std::vector<PointwiseModels::Moduli> moduli;
-        for (const Moduli& m : moduli_) moduli.push_back({m.lambda, m.mu, m.model});
-        own = std::make_unique<PointwiseLaw>(PointwiseModels(std::move(moduli), moduli_of_tet_));
-        law = own.get();
-    }
-    const auto make = [&](const auto& nodes) {
-        constexpr int count = std::tuple_size_v<std::remove_cvref_t<decltype(nodes[0])>>;
-        parts_ = part_batches(nodes, part_count(nodes.size()), batch_width<float>);
-        single_ = std::make_unique<SinglePrecisionBatches>(
-            TetBatches<float, count>([this](std::size_t e) { return operator_element(e); }, nodes,
-                                     parts_),
-            *law, std::move(own), zeros, zeros);
-    };
-    // The preconditioner's operator is Hooke's law turned by the rotations, whatever the law.
-    rotates_ = !is_linear_;
-    if (!share_.hexahedra.empty()) {
-        make(share_.hexahedra);
-    } else if (share_.edge_nodes.empty()) {
-        make(share_.tets);
-    } else {
-        std::vector<std::array<std::int32_t, 10>> nodes(share_.tets.size());
-        for (std::size_t e = 0; e < nodes.size(); ++e)
-            for (int i = 0; i < 10; ++i) nodes[e][i] = share_.node(e, i);
-        make(nodes);
-    }
-    number_lanes();
-    if (is_mixed()) make_single_pressures();
-}
-
-void LevelAssembler::make_single_pressures() {
-    single_->per_modulus = static_cast<float>(1 / least_mu());
-    single_->node_of_pressure.resize(pressure_->numbers.size());
-    for (std::size_t e = 0; e < share_.tets.size(); ++e)
-        for (int i = 0; i < 4; ++i)
-            single_->node_of_pressure[pressure_->tets[e][i]] = share_.tets[e][i];
-    single_->pressures.assign(share_.nodes.size(), 0.0F);
-}
-
-void LevelAssembler::number_lanes() {
-    lane_of_tet_.resize(share_.tets.size());
-    for (std::size_t lane = 0; lane < parts_.tet_of_lane.size(); ++lane)
-        if (const std::int32_t e = parts_.tet_of_lane[lane]; e >= 0)
-            lane_of_tet_[e] = static_cast<std::int32_t>(lane);
-}
-
 void LevelAssembler::set_constrained(std::span<const std::uint8_t> components) {
     constrained_ = with_ghosts(share_, components.first(share_.owned));
     if (matrix_) matrix_->set_constrained(constrained_);
     if (single_) find_constrained_batches();
-}
-
-void LevelAssembler::find_constrained_batches() {
-    constrained_batches_.clear();
-    std::visit(
-        [&](const auto& batches) {
-            const auto is_at_constrained = [&](std::size_t b) {
-                for (const auto& offsets : batches[b].offset)
-                    for (const std::int32_t offset : offsets)
-                        if (constrained_[offset / 3]) return true;
-                return false;
-            };
-            for (std::size_t b = 0; b < batches.all().end; ++b) {
-                if (!is_at_constrained(b)) continue;
-                if (!constrained_batches_.empty() && constrained_batches_.back().end == b)
-                    ++constrained_batches_.back().end;
-                else
-                    constrained_batches_.push_back({b, b + 1});
-            }
-        },
-        single_->batches);
 }
 
 void LevelAssembler::set_springs(std::span<const double> stiffness) {
@@ -245,7 +138,8 @@ ElementRotations LevelAssembler::make_rotations() const {
             rotations.single.front());
     } else if (batches_) {
         rotations.batches =
-            rotates_ ? batches_->make_rotations() : TetBatches<double>::make_fixed_rotations();
+            rotates_ ? std::visit([](const auto& b) { return b.make_rotations(); }, *batches_)
+                     : TetBatches<double>::make_fixed_rotations();
     } else if (rotates_) {
         const int points =
             with_shape([](auto count) { return ElementShape<decltype(count)::value>::points; });
@@ -275,10 +169,14 @@ void LevelAssembler::update_rotations(Vec u, ElementRotations& rotations) const 
         return;
     }
     if (batches_) {
-        team_.run_pieces(batches_->all().end, 150, [&](std::size_t begin, std::size_t end) {
-            livetet::update_rotations<double>(*batches_, {begin, end}, all_of(values, share_),
-                                              rotations.batches);
-        });
+        std::visit(
+            [&](const auto& batches) {
+                team_.run_pieces(batches.all().end, 150, [&](std::size_t begin, std::size_t end) {
+                    livetet::update_rotations(batches, {begin, end}, all_of(values, share_),
+                                              std::span(rotations.batches));
+                });
+            },
+            *batches_);
         return;
     }
     with_shape([&](auto count) {
@@ -296,32 +194,19 @@ void LevelAssembler::update_rotations(Vec u, ElementRotations& rotations) const 
     });
 }
 
-void LevelAssembler::update_single_rotations(ElementRotations& rotations) const {
-    if (!rotates_) return;
-    std::visit(
-        [&](const auto& batches) {
-            team_.run_pieces(batches.all().end, 75, [&](std::size_t begin, std::size_t end) {
-                livetet::update_rotations(batches, {begin, end},
-                                          std::span<const float>(rotations.single_u),
-                                          std::span(rotations.single));
-            });
-        },
-        single_->batches);
-}
-
 void LevelAssembler::add_stiffness(BlockMatrix::Filling& matrix, const Configuration& at,
                                    double factor, Tangent tangent) {
     const BlockPattern& pattern = matrix_->pattern();
     const bool is_frozen = is_linear_ || tangent == Tangent::frozen_rotation;
-    if (batches_ && matrix_->layout() == MatrixLayout::blocks) {
+    if (batches_ && share_.edge_nodes.empty() && matrix_->layout() == MatrixLayout::blocks) {
         const LocalValues u(at.u);
         for (int part = 0; part < (share_.ghosts() ? 2 : 1); ++part)
             over_batches([&](BatchRange range) {
                 if (is_frozen)
-                    livetet::assemble<double>(*batches_, range, at.rotations->batches, factor,
-                                              pattern, matrix.blocks(part), part);
+                    livetet::assemble<double>(four_node_batches(), range, at.rotations->batches,
+                                              factor, pattern, matrix.blocks(part), part);
                 else
-                    assemble_exact_tangent(*batches_, range, at.rotations->batches,
+                    assemble_exact_tangent(four_node_batches(), range, at.rotations->batches,
                                            all_of(u, share_), tangent, factor, pattern,
                                            matrix.blocks(part), part);
             });
@@ -341,6 +226,11 @@ void LevelAssembler::add_stiffness(BlockMatrix::Filling& matrix, const Configura
 }
 
 void LevelAssembler::keep_damping(const Configuration& at) {
+    if (copy_) {
+        damping_rotations_ = *at.rotations;
+        keeps_damping_rotations_ = true;
+    }
+    if (!matrix_) return;
     if (!damping_) {
         damping_ = std::make_unique<BlockMatrix>(share_, matrix_->layout());
         damping_force_ = make_vector(share_);
@@ -351,6 +241,7 @@ void LevelAssembler::keep_damping(const Configuration& at) {
 }
 
 void LevelAssembler::add_damping_times(double factor, Vec v, Vec f) const {
+    if (copy_) return add_stiffness_times(factor, {.rotations = &damping_rotations_}, v, f);
     LIVETET_PETSC(MatMult(damping_->get(), v, damping_force_.get()));
     LIVETET_PETSC(VecAXPY(f, factor, damping_force_.get()));
 }
@@ -365,125 +256,9 @@ void LevelAssembler::assemble(const Configuration& at, const OperatorTerms& term
     matrix.finish();
 }
 
-template <class Add>
-void LevelAssembler::add_in_single(std::span<const double> from, std::span<double> to,
-                                   Add&& add) const {
-    SinglePrecisionBatches& single = *single_;
-    over_components([&](std::size_t i) {
-        single.values[i] = static_cast<float>(from[i]), single.forces[i] = 0;
-    });
-    add(std::span<const float>(single.values), std::span<float>(single.forces));
-    over_components([&](std::size_t i) { to[i] += single.forces[i]; });
-}
-
-void LevelAssembler::add_single_products(float factor, Tangent tangent, const ElementRotations& at,
-                                         std::span<const float> v, std::span<float> f,
-                                         Support of_v) const {
-    const BatchLaw& law = tangent == Tangent::exact ? single_->law : hooke_law();
-    std::visit(
-        [&](const auto& batches) {
-            over_batches(
-                [&](BatchRange range) {
-                    law.add_stiffness_times(factor, batches, range, at.single, at.single_u, v, f);
-                },
-                of_v);
-        },
-        single_->batches);
-}
-
 double LevelAssembler::force_epsilon() const {
     return single_ ? std::numeric_limits<float>::epsilon()
                    : 16 * std::numeric_limits<double>::epsilon();
-}
-
-void LevelAssembler::frozen_force(Vec y, const ElementRotations& rotations, Vec f) const {
-    {
-        LocalForces forces(f);
-        const auto to = forces.span(share_);
-        team_.run_pieces(to.size(), 1000, [&](std::size_t begin, std::size_t end) {
-            std::fill(to.begin() + static_cast<std::ptrdiff_t>(begin),
-                      to.begin() + static_cast<std::ptrdiff_t>(end), 0.0);
-        });
-    }
-    const LocalValues values(y);
-    LocalForces forces(f);
-    const auto from = all_of(values, share_);
-    const auto to = forces.span(share_);
-    if (single_) {
-        add_in_single(from, to, [&](std::span<const float> u, std::span<float> added) {
-            add_single_forces(rotations, u, added);
-        });
-        return;
-    }
-    over_batches([&](BatchRange range) {
-        const std::span<const RotationBatch<double>> R(rotations.batches);
-        if (is_linear_)
-            livetet::add_stiffness_times<double>(1, *batches_, range, R, from, to);
-        else
-            livetet::add_forces<double>(*batches_, range, R, from, to);
-    });
-}
-
-void LevelAssembler::add_single_forces(const ElementRotations& rotations, std::span<const float> u,
-                                       std::span<float> f) const {
-    if (is_linear_) {
-        add_single_products(1, Tangent::exact, rotations, u, f);
-        return;
-    }
-    std::visit(
-        [&](const auto& batches) {
-            over_batches([&](BatchRange range) {
-                single_->law.add_forces(batches, range, rotations.single, u, f);
-            });
-        },
-        single_->batches);
-}
-
-void LevelAssembler::take_pressures(Vec p, std::span<float> of_nodes) const {
-    const ReadArray values(p);
-    for (std::size_t i = 0; i < single_->node_of_pressure.size(); ++i)
-        of_nodes[single_->node_of_pressure[i]] = static_cast<float>(values[i]);
-}
-
-template <class Work>
-void LevelAssembler::over_mixed_batches(const ElementRotations& at, Work&& work,
-                                        Support support) const {
-    std::visit(
-        [&]<int nodes>(const TetBatches<float, nodes>& batches) {
-            if constexpr (nodes != 8)  // hexahedra have no pressures (see why_not_live)
-                over_batches(
-                    [&](BatchRange range) {
-                        work(single_->law.mixed(),
-                             MixedTets<nodes>{batches, single_->per_modulus, range, at.single});
-                    },
-                    support);
-        },
-        single_->batches);
-}
-
-void LevelAssembler::add_mixed_forces(const ElementRotations& at, std::span<const float> p,
-                                      const MixedForces& to) const {
-    over_mixed_batches(at, [&](const MixedLaw& law, const auto& tets) {
-        law.add_forces(tets, {at.single_u, p}, to);
-    });
-}
-
-void LevelAssembler::add_mixed_products(float factor, const ElementRotations& at,
-                                        std::span<const float> p, const MixedValues& v,
-                                        const MixedForces& to, Support of_v) const {
-    over_mixed_batches(
-        at,
-        [&](const MixedLaw& law, const auto& tets) {
-            law.add_products(tets, factor, {at.single_u, p}, v, to);
-        },
-        of_v);
-}
-
-void LevelAssembler::add_pressure_forces(const ElementRotations& at, std::span<const float> q,
-                                         std::span<float> f) const {
-    over_mixed_batches(at, [&](const MixedLaw& law, const auto& tets) {
-        law.add_pressure_forces(tets, {at.single_u, {}}, q, f);
-    });
 }
 
 void LevelAssembler::elastic_force(const Configuration& at, Vec f) const {
@@ -508,56 +283,6 @@ void LevelAssembler::elastic_force(const Configuration& at, Vec f) const {
         const double weight = element.volume / shape.points;
         const auto nodal = (weight * model.stress(element.mu, p, H, R) * g).eval();
         for (int i = 0; i < nodal.cols(); ++i)
-            if (const std::int32_t n = share_.node(e, i); n < share_.owned)
-                Eigen::Map<Eigen::Vector3d>(forces.span().data() + 3 * n) += nodal.col(i);
-    });
-}
-
-void LevelAssembler::add_stiffness_times(double factor, const Configuration& at, Vec v, Vec f,
-                                         Support of_v) const {
-    if (batches_ || single_) {
-        const LocalValues direction(v);
-        LocalForces forces(f);
-        const auto from = all_of(direction, share_);
-        const auto to = forces.span(share_);
-        if (single_)
-            add_in_single(from, to, [&](std::span<const float> of, std::span<float> added) {
-                if (is_mixed()) {
-                    take_pressures(at.p, single_->pressures);
-                    add_mixed_products(static_cast<float>(factor), *at.rotations,
-                                       single_->pressures, {of, {}}, {added, {}}, of_v);
-                    return;
-                }
-                add_single_products(static_cast<float>(factor), Tangent::exact, *at.rotations, of,
-                                    added, of_v);
-            });
-        else
-            over_batches([&](BatchRange range) {
-                livetet::add_stiffness_times<double>(
-                    factor, *batches_, range,
-                    std::span<const RotationBatch<double>>(at.rotations->batches), from, to);
-            });
-        return;
-    }
-    const LocalValues direction(v);
-    WriteArray forces(f);
-    if (!share_.hexahedra.empty()) {
-        add_hexahedra_times(factor, Tangent::frozen_rotation, at, all_of(direction, share_),
-                            forces.span());
-        return;
-    }
-    visit_points(at, [&](const ConstitutiveModel& model, auto shape, std::size_t e,
-                         const TetElement& element, int, const auto& g, const Eigen::Matrix3d& H,
-                         const Eigen::Matrix3d& R, double p) {
-        constexpr int nodes = std::remove_cvref_t<decltype(g)>::ColsAtCompileTime;
-        const Eigen::Matrix3d dF = values_at<nodes>(e, direction.data()) * g.transpose();
-        Eigen::Matrix3d dP = model.shear_stress_increment(element.mu, p, H, R, dF);
-        if (!is_mixed()) {
-            const Eigen::Matrix3d N = model.volume_strain_gradient(H, R);
-            dP += element.lambda * N.cwiseProduct(dF).sum() * N;
-        }
-        const auto nodal = (factor * element.volume / shape.points * dP * g).eval();
-        for (int i = 0; i < nodes; ++i)
             if (const std::int32_t n = share_.node(e, i); n < share_.owned)
                 Eigen::Map<Eigen::Vector3d>(forces.span().data() + 3 * n) += nodal.col(i);
     });

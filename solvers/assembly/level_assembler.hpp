@@ -49,10 +49,13 @@ struct SinglePrecisionBatches {
 enum class Support { all, constrained };
 
 /// What a level keeps to be computed with: a matrix of that layout, and whatever its forces need in
-/// double precision; no matrix, and its elements in single precision; or nothing.
+/// double precision; no matrix, and its elements in single precision; no matrix, its elements in
+/// double precision, and a copy in single precision to smooth with (see add_single_products); or
+/// nothing.
 struct SinglePrecision {};
-struct MatrixFree {};
-using LevelStorage = std::variant<MatrixLayout, SinglePrecision, MatrixFree>;
+struct BothPrecisions {};
+struct GeometryOnly {};
+using LevelStorage = std::variant<MatrixLayout, SinglePrecision, BothPrecisions, GeometryOnly>;
 
 /// Elements and operator of one mesh level, of P1 or P2 tets or hexahedra: the sum of a tangent
 /// stiffness, damping and the lumped mass that OperatorTerms names; rows and columns of constrained
@@ -96,6 +99,8 @@ class LevelAssembler {
     /// Of the nodes at rest, m, of the whole mesh. Collective.
     Eigen::AlignedBox3d bounding_box() const;
     Mat matrix() const { return matrix_ ? matrix_->get() : nullptr; }
+    /// Gives a level of BothPrecisions a matrix beside. Collective.
+    void make_matrix(MatrixLayout layout);
     /// Tells the matrix of the six rigid motions, for algebraic multigrid. Collective.
     void set_rigid_motions() { matrix_->set_rigid_motions(share_, share_.rest); }
     /// Where the pressures live; empty in the displacement form.
@@ -128,8 +133,10 @@ class LevelAssembler {
     std::vector<Eigen::Matrix3d> cell_rotations(Vec u) const;
     /// The same from rotations.single_u; levels in single precision only.
     void update_single_rotations(ElementRotations& rotations) const;
-    /// The tets of a level without a matrix (see is_batched); else null.
-    const SinglePrecisionBatches* single() const { return single_.get(); }
+    /// The tets in single precision, of a level that has nothing else or a copy; else null.
+    const SinglePrecisionBatches* single() const { return single_ ? single_.get() : copy_.get(); }
+    /// Rotations for the copy of BothPrecisions, of the present ones.
+    void round_rotations(const ElementRotations& from, ElementRotations& to) const;
     const BatchParts& parts() const { return parts_; }
 
     /// Writes the sum of `terms` and the springs into the matrix; `at`: where K is taken.
@@ -137,9 +144,10 @@ class LevelAssembler {
 
     /// Keeps the stiffness K_d at `at` by which damping is taken until the next call: with frozen
     /// rotations, or the positive part of finite strain's tangent, so that damping never adds
-    /// energy. Levels with a matrix only. Collective.
+    /// energy. Levels in double precision only (keeps_damping). Collective.
     void keep_damping(const Configuration& at);
-    /// f += factor K_d v, constrained components too.
+    bool keeps_damping() const { return matrix_ || copy_; }
+    /// f += factor K_d v, constrained components too. Ghosts of v are up to date.
     void add_damping_times(double factor, Vec v, Vec f) const;
 
     /// f = elastic force of `at`, in N, at all owned nodes, constrained ones too (where it is the
@@ -161,6 +169,10 @@ class LevelAssembler {
     void add_stiffness_times(double factor, const Configuration& at, Vec v, Vec f,
                              Support of_v = Support::all) const;
 
+    /// f = factor K v on a level of BothPrecisions, K of that tangent at `at`. Ghosts of v are up
+    /// to date.
+    void tangent_times(double factor, Tangent tangent, const Configuration& at, Vec v, Vec f) const;
+
     /// f += factor K v on hexahedra. Tangent::frozen_rotation: exact for models without rotations.
     void add_hexahedra_times(double factor, Tangent tangent, const Configuration& at,
                              std::span<const double> v, std::span<double> f) const;
@@ -178,9 +190,10 @@ class LevelAssembler {
         return {moduli(e).lambda, moduli(e).mu};
     }
 
-    /// f += factor K v on a level in single precision. Tangent::exact: K of its law, at the
-    /// displacement of `at`; else Hooke's law turned by the rotations of `at`, which is positive
-    /// semi-definite. Three numbers a local node, one number behind.
+    /// f += factor K v on a level in single precision, or by the copy of one that has both.
+    /// Tangent::exact: K of its law, at the displacement of `at`; else Hooke's law turned by the
+    /// rotations of `at`, which is positive semi-definite. Three numbers a local node, one number
+    /// behind.
     void add_single_products(float factor, Tangent tangent, const ElementRotations& at,
                              std::span<const float> v, std::span<float> f,
                              Support of_v = Support::all) const;
@@ -254,6 +267,8 @@ class LevelAssembler {
     bool is_batched() const;
     void make_double_batches();
     void make_single_batches();
+    /// The copy of BothPrecisions.
+    void make_copy();
     /// Of the mixed form.
     void make_single_pressures();
     double least_mu() const;
@@ -274,6 +289,25 @@ class LevelAssembler {
         }
         for (const auto& round : parts_.rounds)
             team_.run_tasks(round.size(), [&](std::size_t part) { work(round[part]); });
+    }
+    /// work(batches, range of them) on those in double precision, as over_batches.
+    template <class Work>
+    void over_double_batches(Work&& work) const {
+        std::visit(
+            [&](const auto& batches) {
+                over_batches([&](BatchRange range) { work(batches, range); });
+            },
+            *batches_);
+    }
+    const TetBatches<double>& four_node_batches() const { return std::get<0>(*batches_); }
+    /// work(nodes of each tet).
+    template <class Work>
+    void with_nodes(Work&& work) const {
+        if (share_.edge_nodes.empty()) return work(share_.tets);
+        std::vector<std::array<std::int32_t, 10>> nodes(share_.tets.size());
+        for (std::size_t e = 0; e < nodes.size(); ++e)
+            for (int i = 0; i < 10; ++i) nodes[e][i] = share_.node(e, i);
+        work(nodes);
     }
     /// f += the elastic forces at u of a level in single precision.
     void add_single_forces(const ElementRotations& rotations, std::span<const float> u,
@@ -316,7 +350,8 @@ class LevelAssembler {
         if (single_)  // of other laws, rotations are the preconditioner's
             return has_hooke_batches() ? rotation_at<float>(r.single, lane, point, points)
                                        : rotation_of(Eigen::Matrix3d::Identity() + H);
-        return batches_ ? rotation_at<double>(r.batches, lane) : r.points[e * points + point];
+        return batches_ ? rotation_at<double>(r.batches, lane, point, points)
+                        : r.points[e * points + point];
     }
     /// lambda theta, or the interpolated pressure.
     template <class Shape>
@@ -338,18 +373,21 @@ class LevelAssembler {
     std::vector<Moduli> moduli_;  ///< those that there are
     bool is_linear_ = true, rotates_ = false;
     std::vector<std::int32_t> moduli_of_tet_;  ///< which of them; empty where there is but one
-    // Where is_batched.
+    // Of levels that batches compute (is_batched), and those of BothPrecisions.
     ThreadTeam& team_;
     BatchParts parts_;
-    std::optional<TetBatches<double>> batches_;
+    std::optional<std::variant<TetBatches<double>, TetBatches<double, 10>>> batches_;
     std::vector<std::int32_t> lane_of_tet_;           ///< empty: its own number
     std::unique_ptr<SinglePrecisionBatches> single_;  ///< without a matrix: instead of batches_
+    std::unique_ptr<SinglePrecisionBatches> copy_;    ///< without a matrix: of batches_
     std::vector<double> node_mass_, springs_;
     std::vector<std::uint8_t> constrained_;
     std::vector<BatchRange> constrained_batches_;
     std::optional<BlockMatrix> matrix_;
     std::unique_ptr<BlockMatrix> damping_;  ///< K_d, without constraints
-    PetscHandle<Vec> damping_force_;        ///< K_d v, N/s
+    ElementRotations damping_rotations_;    ///< those of K_d, on a level without a matrix
+    bool keeps_damping_rotations_ = false;
+    PetscHandle<Vec> damping_force_;  ///< K_d v, N/s
     std::optional<PressureSpace> pressure_;
     bool has_mean_dilation_ = false;  ///< hexahedra
 };

@@ -2,15 +2,16 @@
 
 namespace livetet {
 
-/// Chebyshev's iteration for A x = b on the interval [high / 10, high] of the eigenvalues of D^-1 A
-/// (Saad 2003, algorithm 12.1), a step after the other:
+/// Chebyshev's iteration for A x = b on an interval of the eigenvalues of D^-1 A (Saad 2003,
+/// algorithm 12.1), a step after the other:
 ///
 ///     d = of_d d + of_r D^-1 (b - A x),     x = x + d.
 class ChebyshevSteps {
   public:
-    /// `bound`: the largest eigenvalue; the interval ends a tenth above it.
-    explicit ChebyshevSteps(double bound) {
-        const auto high = static_cast<float>(1.1 * bound), low = 0.1F * high;
+    /// `bound`: the largest eigenvalue; the interval ends a tenth above it, and begins at this
+    /// share of its end.
+    explicit ChebyshevSteps(double bound, double lowest = 0.1) {
+        const auto high = static_cast<float>(1.1 * bound), low = static_cast<float>(lowest) * high;
         theta_ = (high + low) / 2;
         delta_ = (high - low) / 2;
         sigma_ = theta_ / delta_;

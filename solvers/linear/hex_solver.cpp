@@ -38,7 +38,7 @@ HexSolver::HexSolver(DistributedHierarchy mesh, const ElasticModel& model,
             "solver.kind: found another than multigrid for hexahedra, expected automatic or "
             "multigrid");
     const TetMesh& grid = mesh.whole->levels.front();
-    add_level(mesh, model, MatrixFree{});
+    add_level(mesh, model, GeometryOnly{});
     const HeapMeter meter(&costs_.preconditioner);
     multigrid_ =
         std::make_unique<HexMultigrid>(hex_levels(grid, cells_to_factor), cells_of(grid, fine()),

@@ -112,7 +112,7 @@ class LinearSolver {
 
     /// Assembles A on all levels that need it, K at `at`; coarse levels at its restriction, with
     /// K_d taken to be K. For small strain, operator and preconditioner are reused until factors,
-    /// constraints or springs change.
+    /// constraints or springs change; else `at` must stay as it is while the operator is used.
     void assemble(const Configuration& at, const OperatorTerms& terms) {
         (void)assemble(at, terms, RenewalExtent::whole);
     }

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "mechanics/hex_kernels.hpp"
+#include "solvers/parallel/sum_over_ranks.hpp"
 
 namespace livetet {
 
@@ -14,16 +15,17 @@ namespace {
 template <int nodes>
 std::vector<float> diagonal_stiffness(const LevelAssembler& level) {
     using Shape = ElementShape<nodes>;
-    std::vector<float> diagonal(level.share().nodes.size(), 0.0F);
-    const std::vector<TetElement> elements = level.elements();
-    for (std::size_t e = 0; e < elements.size(); ++e) {
-        const TetElement& element = elements[e];
+    const auto owned = static_cast<std::size_t>(level.share().owned);
+    std::vector<float> diagonal(owned, 0.0F);
+    for (std::size_t e = 0; e < level.share().tets.size(); ++e) {
+        const TetElement element = level.operator_element(e);
         const double modulus = (element.lambda + 4 * element.mu) / 3;
         for (int point = 0; point < Shape::points; ++point) {
             const auto g = Shape::gradients(element, point);
             for (int i = 0; i < nodes; ++i)
-                diagonal[level.share().node(e, i)] += static_cast<float>(
-                    element.volume / Shape::points * modulus * g.col(i).squaredNorm());
+                if (const auto n = static_cast<std::size_t>(level.share().node(e, i)); n < owned)
+                    diagonal[n] += static_cast<float>(element.volume / Shape::points * modulus *
+                                                      g.col(i).squaredNorm());
         }
     }
     return diagonal;
@@ -36,17 +38,27 @@ MatrixFreeOperator::MatrixFreeOperator(LevelAssembler& level, ThreadTeam& team)
       team_(team),
       stiffness_(level.with_shape(
           [&](auto count) { return diagonal_stiffness<decltype(count)::value>(level); })),
-      x_(3 * stiffness_.size() + 1, 0.0F),
+      x_(3 * level.share().nodes.size() + 1, 0.0F),
       force_(x_.size(), 0.0F),
       shift_(3 * stiffness_.size(), 0.0F),
       diagonal_(shift_.size(), 1.0F),
-      free_(shift_.size(), 1.0F) {}
+      free_(shift_.size(), 1.0F) {
+    const PartitionedMesh& share = level.share();
+    if (share.ranks > 1)
+        ghosts_.emplace(share.comm, static_cast<std::size_t>(share.owned),
+                        std::span(share.numbers).subspan(share.owned));
+}
+
+double MatrixFreeOperator::sum_over_ranks(double of_this_rank) const {
+    if (ghosts_) livetet::sum_over_ranks(level_.share().comm, {&of_this_rank, 1});
+    return of_this_rank;
+}
 
 void MatrixFreeOperator::set_constrained() {
     const auto components = level_.constrained();
     for (std::size_t i = 0; i < free_.size(); ++i)
         free_[i] = components[i / 3] >> (i % 3) & 1 ? 0.0F : 1.0F;
-    s_ = m_ = -1;  // the diagonal is to be made again
+    renew_diagonal();
 }
 
 void MatrixFreeOperator::update(const ElementRotations& at, double s, double m) {
@@ -64,8 +76,14 @@ void MatrixFreeOperator::update(const ElementRotations& at, double s, double m) 
     });
 }
 
-void MatrixFreeOperator::add_products(Tangent tangent, std::span<const float> x) {
-    over_components([&](std::size_t i) { force_[i] = 0; });
+void MatrixFreeOperator::add_products(Tangent tangent, std::span<float> x) {
+    if (ghosts_)
+        ghosts_->from_owners(std::span<const float>(x.first(free_.size())),
+                             x.subspan(free_.size(), x.size() - 1 - free_.size()), 3);
+    team_.run_pieces(force_.size(), grain, [&](std::size_t begin, std::size_t end) {
+        std::fill(force_.begin() + static_cast<std::ptrdiff_t>(begin),
+                  force_.begin() + static_cast<std::ptrdiff_t>(end), 0.0F);
+    });
     level_.add_single_products(static_cast<float>(s_), tangent, *at_, x, force_);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -13,7 +14,9 @@ namespace livetet {
 ///     A = s K(u) + m M + springs,
 ///
 /// with K the tangent of the level's law, or Hooke's law turned by rotations where a positive
-/// operator is asked for. Rows and columns of constrained components are zero. To use it:
+/// operator is asked for. Rows and columns of constrained components are zero. On several ranks
+/// vectors hold the components of a rank's own nodes and those of its ghosts behind them, which
+/// products fetch from their owners. To use it:
 ///
 ///     set_constrained();         // when constraints or springs change
 ///     update(at, s, m);          // when the body has moved
@@ -25,6 +28,8 @@ class MatrixFreeOperator {
 
     /// Takes up the level's constrained components, and what it knows of its mass and springs.
     void set_constrained();
+    /// Takes up its springs at the next update.
+    void renew_diagonal() { s_ = m_ = -1; }
     /// `at` must stay as it is until the next call.
     void update(const ElementRotations& at, double s, double m);
     /// Which K: of the law (Tangent::exact), or Hooke's. An update asks for the law's again.
@@ -34,17 +39,18 @@ class MatrixFreeOperator {
     /// y = A x; x and y zero at constrained components.
     void multiply(std::span<const double> x, std::span<double> y);
 
-    /// visit(i, (A x)_i) for the components of all nodes, by pieces of the team, with Hooke's K; x:
-    /// three numbers a node and one behind, zero at constrained components.
+    /// visit(i, (A x)_i) for the components of this rank's own nodes, by pieces of the team, with
+    /// Hooke's K; x: three numbers a local node and one behind, zero at constrained components.
+    /// Collective, and so is the next.
     template <class Visit>
-    void visit_positive(std::span<const float> x, Visit&& visit) {
+    void visit_positive(std::span<float> x, Visit&& visit) {
         add_products(Tangent::frozen_rotation, x);
         over_components([&](std::size_t i) { visit(i, force_[i] + shift_[i] * x[i]); });
     }
 
     /// The same of Hooke's stiffness alone, s K x.
     template <class Visit>
-    void visit_stiffness(std::span<const float> x, Visit&& visit) {
+    void visit_stiffness(std::span<float> x, Visit&& visit) {
         add_products(Tangent::frozen_rotation, x);
         over_components([&](std::size_t i) { visit(i, force_[i]); });
     }
@@ -53,7 +59,7 @@ class MatrixFreeOperator {
         return static_cast<float>(s_) * stiffness_[component / 3];
     }
 
-    /// work(i) for the components of all nodes, by pieces of the team.
+    /// work(i) for the components of this rank's own nodes, by pieces of the team.
     template <class Work>
     void over_components(Work&& work) const {
         team_.run_pieces(free_.size(), grain, [&](std::size_t begin, std::size_t end) {
@@ -66,7 +72,11 @@ class MatrixFreeOperator {
     std::span<const float> diagonal() const { return diagonal_; }
     /// 0 where a component is constrained, else 1.
     std::span<const float> free() const { return free_; }
-    std::size_t components() const { return free_.size(); }
+    std::size_t components() const { return free_.size(); }  ///< of this rank's own nodes
+    /// Numbers in a vector: three a local node, and one behind.
+    std::size_t vector_size() const { return x_.size(); }
+    /// Collective.
+    double sum_over_ranks(double of_this_rank) const;
     /// s, and the diagonal m M + springs of each component.
     double stiffness_factor() const { return s_; }
     std::span<const float> shift() const { return shift_; }
@@ -76,14 +86,15 @@ class MatrixFreeOperator {
 
   private:
     static constexpr std::size_t grain = 450;
-    /// force_ = s K x, zero at constrained components.
-    void add_products(Tangent tangent, std::span<const float> x);
+    /// force_ = s K x.
+    void add_products(Tangent tangent, std::span<float> x);
 
     LevelAssembler& level_;
     ThreadTeam& team_;
+    std::optional<SharedRows> ghosts_;  ///< on several ranks
     const ElementRotations* at_ = nullptr;
     Tangent tangent_ = Tangent::exact;
-    double s_ = 1, m_ = 0;
+    double s_ = -1, m_ = -1;        ///< below zero: the diagonal is to be made
     std::vector<float> stiffness_;  ///< a third of the trace of K's diagonal block, N/m, a node
     std::vector<float> x_, force_;
     std::vector<float> shift_, diagonal_, free_;  ///< of each component

@@ -6,8 +6,9 @@
 
 namespace livetet {
 
-MatrixFreeSmoother::MatrixFreeSmoother(MatrixFreeOperator& A, int steps) : A_(A), steps_(steps) {
-    for (std::vector<float>* v : {&b_, &x_, &d_}) v->assign(A.components() + 1, 0.0F);
+MatrixFreeSmoother::MatrixFreeSmoother(MatrixFreeOperator& A, int steps, double lowest)
+    : A_(A), steps_(steps), lowest_(lowest) {
+    for (std::vector<float>* v : {&b_, &x_, &d_}) v->assign(A.vector_size(), 0.0F);
 }
 
 void MatrixFreeSmoother::find_bound() {
@@ -20,21 +21,26 @@ void MatrixFreeSmoother::find_bound() {
     }
     bound_ = 1;
     for (int k = 0; k < 20; ++k) {
-        double before = 0, after = 0;
-        for (const float v : x_) before += v * v;
+        const double before = squared_norm(x_);
         A_.visit_stiffness(
             x_, [&](std::size_t i, float Kx) { d_[i] = free[i] * Kx / A_.stiffness_diagonal(i); });
-        for (const float v : d_) after += v * v;
+        const double after = squared_norm(d_);
         if (!(before > 0 && after > 0)) return;  // the level has no free component
         bound_ = std::sqrt(after / before);
         const auto scale = static_cast<float>(1 / std::sqrt(after));
-        for (std::size_t i = 0; i < x_.size(); ++i) x_[i] = scale * d_[i];
+        for (std::size_t i = 0; i < A_.components(); ++i) x_[i] = scale * d_[i];
     }
+}
+
+double MatrixFreeSmoother::squared_norm(std::span<const float> x) const {
+    double size = 0;
+    for (const float v : x.first(A_.components())) size += v * v;
+    return A_.sum_over_ranks(size);
 }
 
 void MatrixFreeSmoother::smooth(bool from_zero) {
     const auto free = A_.free(), diagonal = A_.diagonal();
-    ChebyshevSteps chebyshev(bound_);
+    ChebyshevSteps chebyshev(bound_, lowest_);
     for (int step = 0; step < steps_; ++step) {
         const ChebyshevSteps::Factors f = chebyshev.next();
         if (step == 0 && from_zero) {

@@ -9,11 +9,11 @@ namespace livetet {
 
 /// Chebyshev smoothing of A x = b on the diagonal of a MatrixFreeOperator. A is Hooke's law turned
 /// by the rotations, whatever the law: it is positive, and its eigenvalues over the diagonal do not
-/// change as the body turns. Vectors hold three numbers a node and one behind the last.
+/// change as the body turns. Vectors are as MatrixFreeOperator has them. Collective.
 class MatrixFreeSmoother {
   public:
-    /// `A` must outlive this. `steps`: before or after a correction.
-    MatrixFreeSmoother(MatrixFreeOperator& A, int steps);
+    /// `A` must outlive this. `steps`: before or after a correction; `lowest`: see ChebyshevSteps.
+    MatrixFreeSmoother(MatrixFreeOperator& A, int steps, double lowest = 0.1);
 
     /// Forgets the bound of the eigenvalues: constraints are new.
     void forget_bound() { bound_ = 0; }
@@ -30,8 +30,12 @@ class MatrixFreeSmoother {
     std::vector<float>& x() { return x_; }
 
   private:
+    /// |x|^2 of all ranks.
+    double squared_norm(std::span<const float> x) const;
+
     MatrixFreeOperator& A_;
     int steps_;
+    double lowest_;
     std::vector<float> b_, x_, d_;
     double bound_ = 0;  ///< 0: to be found
 };

@@ -65,7 +65,9 @@ MatrixPreconditioner::MatrixPreconditioner(PC place, MatrixMethod method, const 
             LIVETET_PETSC(PCApply(static_cast<MatrixPreconditioner*>(self)->pc_.get(), r, z));
         });
     };
+    LIVETET_PETSC(PCSetType(place, PCNONE));  // one that is a shell already has been set up
     LIVETET_PETSC(PCSetType(place, PCSHELL));
+    LIVETET_PETSC(PCShellSetName(place, name_of(method).c_str()));
     LIVETET_PETSC(PCShellSetContext(place, this));
     LIVETET_PETSC(PCShellSetSetUp(place, set_up));
     LIVETET_PETSC(PCShellSetApply(place, apply));

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "base/log.hpp"
+#include "solvers/assembly/batch_support.hpp"
 
 namespace livetet {
 
@@ -94,22 +95,55 @@ MultigridSolver::MultigridSolver(DistributedHierarchy mesh, const ElasticModel& 
       asked_kind_(options.kind),
       asked_coarse_(options.coarse),
       coarse_(resolved_coarse(options.coarse, contrast_of(model.materials))),
-      smoothing_steps_(options.smoothing_steps > 0 ? options.smoothing_steps : 6) {
+      smoothing_steps_(options.smoothing_steps) {
     const std::size_t count = mesh.levels.size();
+    const bool matrix_free = finest_is_matrix_free(model, options) && !options_want_matrix(count);
+    if (smoothing_steps_ == 0) smoothing_steps_ = matrix_free ? 4 : 6;
     for (std::size_t l = 0; l < count; ++l) {
         // Galerkin products and factorisations take matrices of scalars.
         const bool blocks = coarse_ == CoarseOperator::rediscretised && l + 1 < count;
-        add_level(mesh, model, blocks ? MatrixLayout::blocks : MatrixLayout::scalars);
+        const LevelStorage matrix = blocks ? MatrixLayout::blocks : MatrixLayout::scalars;
+        add_level(mesh, model, l == 0 && matrix_free ? LevelStorage(BothPrecisions{}) : matrix);
     }
     make_coarse_levels(mesh);
     const HeapMeter meter(&costs_.preconditioner);
+    if (matrix_free) matrix_free_ = std::make_unique<MatrixFreeLevel>(fine(), smoothing_steps_);
     make_krylov(mesh.comm, ErrorEstimate::none);
     if (preconditions_by(PCMG)) warn_of_idle_options();
-    is_cycle_ = role == Role::solver && preconditions_by(PCMG);
+    is_cycle_ = role == Role::solver && has_cycle();
     watch_convergence(is_watched());
 }
 
 MultigridSolver::~MultigridSolver() = default;
+
+bool MultigridSolver::finest_is_matrix_free(const ElasticModel& model,
+                                            const SolverOptions& options) {
+    if (options.finest == FinestOperator::assembled ||
+        resolved_formulation(model) == Formulation::mixed ||
+        resolved_coarse(options.coarse, contrast_of(model.materials)) == CoarseOperator::galerkin)
+        return false;
+    std::vector<const ConstitutiveModel*> models;
+    for (const Material& m : model.materials)
+        models.push_back(&*(m.model ? m.model : model.strain));
+    return why_not_batched(false, false, models).empty();
+}
+
+bool MultigridSolver::options_want_matrix(std::size_t levels) const {
+    char* all = nullptr;
+    LIVETET_PETSC(PetscOptionsGetAll(nullptr, &all));
+    const std::string given = all;
+    LIVETET_PETSC(PetscFree(all));
+    const auto names = [&](const std::string& option) {
+        return given.find("-" + prefix() + option);
+    };
+    for (const std::string& option :
+         {std::string("pc_type"), std::string("pc_mg_"), fmt::format("mg_levels_{}_", levels - 1)})
+        if (names(option) != std::string::npos) return true;
+    // PETSc takes an option without a number for all levels.
+    for (const char letter : std::string("abcdefghijklmnopqrstuvwxyz"))
+        if (names(std::string("mg_levels_") + letter) != std::string::npos) return true;
+    return false;
+}
 
 void MultigridSolver::make_coarse_levels(DistributedHierarchy& mesh) {
     costs_.coarse_levels += mesh.cost_of_between;
@@ -150,7 +184,7 @@ void MultigridSolver::configure_cycle(PC pc, std::size_t l) {
     LIVETET_PETSC(PCMGSetGalerkin(pc, PC_MG_GALERKIN_NONE));
     LIVETET_PETSC(PCMGSetInterpolation(pc, 1, coarse_levels_[l].transfer->interpolation()));
     KSP smoother = nullptr, coarse = nullptr;
-    PC block_jacobi = nullptr, below = nullptr;
+    PC block_jacobi = nullptr;
     LIVETET_PETSC(PCMGGetSmoother(pc, 1, &smoother));
     set_prefix(smoother, fmt::format("mg_levels_{}_", number));
     LIVETET_PETSC(KSPSetType(smoother, KSPCHEBYSHEV));
@@ -159,6 +193,22 @@ void MultigridSolver::configure_cycle(PC pc, std::size_t l) {
     LIVETET_PETSC(KSPGetPC(smoother, &block_jacobi));
     LIVETET_PETSC(PCSetType(block_jacobi, PCPBJACOBI));
     LIVETET_PETSC(PCMGGetCoarseSolve(pc, &coarse));
+    configure_coarse(coarse, l);
+    smoothers_.insert(smoothers_.begin(), smoother);
+}
+
+void MultigridSolver::configure(PC pc) {
+    if (!matrix_free_) return configure_cycle(pc, 0);
+    LIVETET_PETSC(KSPCreate(fine().share().comm, first_coarse_.out()));
+    configure_coarse(first_coarse_.get(), 0);
+    take_options(first_coarse_.get());
+    smoothers_.insert(smoothers_.begin(), nullptr);
+    matrix_free_->precondition(pc, first_coarse_.get(), *coarse_levels_.front().transfer);
+}
+
+void MultigridSolver::configure_coarse(KSP coarse, std::size_t l) {
+    const std::size_t number = levels_.size() - 1 - l;
+    PC below = nullptr;
     LIVETET_PETSC(KSPGetPC(coarse, &below));
     if (number > 1) {
         set_prefix(coarse, fmt::format("mg_cycles_{}_", number - 1));
@@ -171,7 +221,6 @@ void MultigridSolver::configure_cycle(PC pc, std::size_t l) {
     } else {
         configure_coarsest(coarse, below);
     }
-    smoothers_.insert(smoothers_.begin(), smoother);
     coarse_solves_.insert(coarse_solves_.begin(), coarse);
 }
 
@@ -186,12 +235,14 @@ void MultigridSolver::set_constrained(std::span<const std::uint8_t> components) 
     for (std::size_t l = 0; l < coarse_levels_.size(); ++l)
         coarse_levels_[l].transfer->set_constrained(levels_[l]->share(), levels_[l]->constrained(),
                                                     levels_[l + 1]->constrained());
+    if (matrix_free_) matrix_free_->set_constrained();
     bounds_known_ = false;
     invalidate();
 }
 
 void MultigridSolver::set_springs(std::span<const double> stiffness) {
     constraints_->set_springs(levels_, stiffness);
+    if (matrix_free_) matrix_free_->set_springs();
     invalidate();
 }
 
@@ -225,8 +276,9 @@ RenewalExtent MultigridSolver::renew(const Configuration& at, const OperatorTerm
 }
 
 void MultigridSolver::assemble_levels(const Configuration& at, const OperatorTerms& terms) {
-    fine().assemble(at, terms);
-    if (substitute_) return substitute_->set_matrix(scalars_.update(matrix()));
+    if (matrix_free_) matrix_free_->update(at, terms);
+    if (fine().matrix()) fine().assemble(at, terms);
+    if (substitute_) return substitute_->set_matrix(scalar_matrix());
     for (std::size_t l = 0; l < coarse_levels_.size(); ++l) {
         if (coarse_ == CoarseOperator::galerkin) {
             form_galerkin_product(l);
@@ -243,11 +295,19 @@ void MultigridSolver::assemble_levels(const Configuration& at, const OperatorTer
     set_level_operators();
 }
 
+Mat MultigridSolver::scalar_matrix() {
+    if (!fine().matrix()) {
+        fine().make_matrix(MatrixLayout::scalars);
+        fine().assemble(matrix_free_->at(), matrix_free_->terms());
+    }
+    return scalars_.update(fine().matrix());
+}
+
 void MultigridSolver::form_galerkin_product(std::size_t l) {
     CoarseLevel& coarse = coarse_levels_[l];
     const bool first = !coarse.galerkin;
     Mat product = coarse.galerkin.get();
-    LIVETET_PETSC(MatPtAP(l == 0 ? scalars_.update(matrix()) : level_matrix(l),
+    LIVETET_PETSC(MatPtAP(l == 0 ? scalar_matrix() : level_matrix(l),
                           coarse.transfer->interpolation(),
                           first ? MAT_INITIAL_MATRIX : MAT_REUSE_MATRIX, 2, &product));
     if (first) coarse.galerkin = PetscHandle<Mat>::adopt(product);
@@ -260,16 +320,17 @@ Mat MultigridSolver::level_matrix(std::size_t l) const {
 }
 
 void MultigridSolver::set_level_operators() {
-    if (!preconditions_by(PCMG)) return;
+    if (!has_cycle()) return;
     for (std::size_t l = 0; l + 1 < levels_.size(); ++l) {
-        LIVETET_PETSC(KSPSetOperators(smoothers_[l], level_matrix(l), level_matrix(l)));
+        if (smoothers_[l])
+            LIVETET_PETSC(KSPSetOperators(smoothers_[l], level_matrix(l), level_matrix(l)));
         LIVETET_PETSC(KSPSetOperators(coarse_solves_[l], level_matrix(l + 1), level_matrix(l + 1)));
     }
 }
 
 bool MultigridSolver::set_bounds() {
     bounds_known_ = true;
-    if (!preconditions_by(PCMG)) return true;
+    if (!has_cycle()) return true;
     bool good = true;
     const auto bound = [&](KSP chebyshev, PC by, double low) {
         Mat A = nullptr;
@@ -281,7 +342,8 @@ bool MultigridSolver::set_bounds() {
         }
         LIVETET_PETSC(KSPChebyshevSetEigenvalues(chebyshev, high, low * high));
     };
-    for (KSP smoother : smoothers_) bound(smoother, nullptr, 0.05);
+    for (KSP smoother : smoothers_)
+        if (smoother) bound(smoother, nullptr, 0.05);
     for (std::size_t l = coarse_solves_.size() - 1; l-- > 0;) {  // needs the bounds below it
         PC below = nullptr;
         LIVETET_PETSC(KSPGetPC(coarse_solves_[l], &below));
@@ -297,7 +359,7 @@ MultigridSolver::Change MultigridSolver::next_change() {
     if (asked_kind_ != SolverKind::automatic)
         return galerkin_is_left() ? Change::galerkin : Change::none;
     if (replaced_.empty()) {
-        Mat A = scalars_.update(matrix());
+        Mat A = scalar_matrix();
         if (is_affordable(A, estimate_factorisation(A),
                           FactorisationLimit::rather_than_slow_cycles))
             return Change::factorisation;
@@ -314,13 +376,14 @@ void MultigridSolver::make_change(Change change) {
     } else {
         PC pc = nullptr;
         LIVETET_PETSC(KSPGetPC(krylov_.get(), &pc));
+        (void)scalar_matrix();  // made before it is told of rigid motions, copied after
         fine().set_rigid_motions();
         substitute_ = std::make_unique<MatrixPreconditioner>(pc,
                                                              change == Change::factorisation
                                                                  ? MatrixMethod::factorisation
                                                                  : MatrixMethod::aggregation,
                                                              prefix() + "substitute_");
-        substitute_->set_matrix(scalars_.update(matrix()));
+        substitute_->set_matrix(scalar_matrix());
     }
     renew_preconditioner();
 }
@@ -352,9 +415,10 @@ bool MultigridSolver::change_preconditioner(KSPConvergedReason reason) {
 
 std::string MultigridSolver::cycle_name() const {
     if (substitute_) return name_of(substitute_->method());
-    return fmt::format("{}, {} levels, {}", DisplacementSolver::preconditioner_name(),
-                       level_count(),
-                       coarse_ == CoarseOperator::galerkin ? "galerkin" : "rediscretised");
+    return fmt::format(
+        "{}, {} levels, {}{}", matrix_free_ ? "mg" : DisplacementSolver::preconditioner_name(),
+        level_count(), coarse_ == CoarseOperator::galerkin ? "galerkin" : "rediscretised",
+        matrix_free_ ? ", finest matrix-free" : "");
 }
 
 std::string MultigridSolver::preconditioner_name() const {

@@ -2,6 +2,7 @@
 
 #include "solvers/linear/coarse_constraints.hpp"
 #include "solvers/linear/displacement_solver.hpp"
+#include "solvers/linear/matrix_free_level.hpp"
 #include "solvers/linear/matrix_preconditioner.hpp"
 #include "solvers/linear/scalar_copy.hpp"
 #include "solvers/linear/transfer.hpp"
@@ -16,6 +17,9 @@ namespace livetet {
 /// would diverge where a coarse mesh is too soft or too stiff. The polynomial is fixed, so that
 /// conjugate gradients stay exact.
 ///
+/// The finest level has no matrix where its kernels can do without (see finest_is_matrix_free and
+/// MatrixFreeLevel); its smoother is then in single precision, on the diagonal.
+///
 /// Coarse levels that do not fit the body (thin branches, poor meshes) make the cycle slow or
 /// indefinite. The solves themselves tell (`is_too_slow`, or PETSc's reason why one ended), at no
 /// cost to those that go well. Such a solve goes on from where it is with the next of these, which
@@ -26,6 +30,10 @@ class MultigridSolver : public DisplacementSolver {
     MultigridSolver(DistributedHierarchy mesh, const ElasticModel& model,
                     const SolverOptions& options, Role role);
     ~MultigridSolver() override;
+
+    /// Whether the finest level goes without a matrix, unless PETSc's options want one: linear or
+    /// corotated tets by displacements, with coarse operators of their own.
+    static bool finest_is_matrix_free(const ElasticModel& model, const SolverOptions& options);
 
     SolverKind kind() const override { return SolverKind::multigrid; }
     std::string preconditioner_name() const override;
@@ -47,7 +55,17 @@ class MultigridSolver : public DisplacementSolver {
     void make_coarse_levels(DistributedHierarchy& mesh);
     RenewalExtent renew(const Configuration& at, const OperatorTerms& terms,
                         RenewalExtent wanted) override;
-    void configure(PC pc) override { configure_cycle(pc, 0); }
+    Mat matrix() const override {
+        return matrix_free_ ? matrix_free_->matrix() : levels_.front()->matrix();
+    }
+    void configure(PC pc) override;
+    /// Whether PETSc's options ask for another smoother on the finest of so many levels, or for
+    /// another preconditioner.
+    bool options_want_matrix(std::size_t levels) const;
+    /// The finest level's matrix in scalars, for what takes nothing else: made when it is first
+    /// asked for where the level goes without.
+    Mat scalar_matrix();
+    bool has_cycle() const { return matrix_free_ ? !substitute_ : preconditions_by(PCMG); }
     bool change_preconditioner(KSPConvergedReason reason) override;
     enum class Change { none, factorisation, galerkin, aggregation };
     /// What is taken next. Analyses the matrix if it may be factored.
@@ -65,6 +83,8 @@ class MultigridSolver : public DisplacementSolver {
     std::string cycle_name() const;
     /// Level l and those below it.
     void configure_cycle(PC pc, std::size_t l);
+    /// The solver of level l + 1.
+    void configure_coarse(KSP coarse, std::size_t l);
     /// Of PETSc's options for a PCMG, those that the cycle of this class overrides.
     void warn_of_idle_options() const;
     void configure_coarsest(KSP coarse, PC pc);
@@ -83,7 +103,10 @@ class MultigridSolver : public DisplacementSolver {
     int smoothing_steps_;
     std::vector<CoarseLevel> coarse_levels_;  ///< from the second level
     std::optional<CoarseConstraints> constraints_;
-    std::vector<KSP> smoothers_, coarse_solves_;  ///< of krylov_, from the finest level down
+    /// Of krylov_, from the finest level down; the first smoother is null if that is matrix-free.
+    std::vector<KSP> smoothers_, coarse_solves_;
+    PetscHandle<KSP> first_coarse_;  ///< the first of coarse_solves_, of a matrix-free finest level
+    std::unique_ptr<MatrixFreeLevel> matrix_free_;  ///< null: the finest level has a matrix
     bool bounds_known_ = false;
     bool is_cycle_ = false;  ///< a solver that PETSc's options leave the cycle configured here
     bool may_be_negative_ = true;                       ///< the operator assembled last

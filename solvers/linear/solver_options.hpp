@@ -11,6 +11,9 @@ namespace livetet {
 enum class SolverKind { automatic, multigrid, live, boomeramg, gamg, direct, petsc };
 /// How multigrid makes the operators of its coarse levels.
 enum class CoarseOperator { automatic, galerkin, rediscretised };
+/// What multigrid keeps of its finest level: a matrix, or only what it is made of where that can be
+/// computed with (see MultigridSolver).
+enum class FinestOperator { automatic, assembled };
 /// Tangent of a Newton iteration.
 enum class TangentChoice { automatic, frozen_rotation, exact };
 
@@ -35,6 +38,7 @@ inline CoarseOperator resolved_coarse(CoarseOperator coarse, double contrast) {
 struct SolverOptions {
     SolverKind kind = SolverKind::automatic;
     CoarseOperator coarse = CoarseOperator::automatic;
+    FinestOperator finest = FinestOperator::automatic;
     int smoothing_steps = 0;
     int threads = 0;
     double relative_tolerance = 1e-3;  ///< of a scene: a body's is ...Controls::linear_tolerance
@@ -72,8 +76,14 @@ void visit_fields(Visitor& v, SolverOptions& s) {
          {CoarseOperator::rediscretised, "rediscretised",
           "assembled on each coarse mesh with its own rotations: cheap to renew"},
          {CoarseOperator::galerkin, "galerkin", "P^T A P: fewer iterations, expensive to renew"}});
+    v.choice("finest", s.finest, "multigrid's operator on the finest level",
+             {{FinestOperator::automatic, "automatic",
+               "without a matrix where its elements are linear or corotated tets by displacements "
+               "and coarse operators are rediscretised: half the memory; else assembled"},
+              {FinestOperator::assembled, "assembled", "a matrix"}});
     v.field("smoothing_steps", s.smoothing_steps, "",
-            "Chebyshev steps before and after each coarse correction; 0: 1 live, else 6",
+            "Chebyshev steps before and after each coarse correction; 0: 1 live, 4 without a "
+            "matrix, else 6",
             at_least<0, int>());
     v.field("threads", s.threads, "",
             "threads of the live solver; 0: one per core, at most 4 and at most one per 500 nodes. "

@@ -67,7 +67,7 @@ void ForceBalance::update_rotations() {
 
 bool ForceBalance::damps_from_start() const {
     return damping_at_ == DampingAt::start && time_.is_dynamic() && time_.rayleigh_beta() > 0 &&
-           !level().is_linear() && level().matrix();
+           !level().is_linear() && level().keeps_damping();
 }
 
 void ForceBalance::begin_step(DampingAt damping) {
@@ -80,11 +80,11 @@ void ForceBalance::begin_step(DampingAt damping) {
 void ForceBalance::add_stiffness_damping(Vec v) {
     const double beta = time_.rayleigh_beta();
     if (beta == 0) return;
+    update_ghosts(v);
     if (damps_from_start()) {
         level().add_damping_times(beta, v, force_.get());
         return;
     }
-    update_ghosts(v);
     level().add_stiffness_times(beta, configuration(), v, force_.get());
 }
 

@@ -20,20 +20,26 @@ class SharedRows {
     SharedRows(MPI_Comm comm, std::size_t owned, std::span<const PetscInt> used);
 
     /// The values of the rows used, from those of the rows owned: `components` each, of integers,
-    /// or of doubles or fixed-size matrices of them. Collective.
+    /// floats, or of doubles or fixed-size matrices of them. Collective.
     template <class T>
     std::vector<T> from_owners(std::span<const T> of_owned, int components = 1) const {
-        constexpr bool is_integer = std::is_integral_v<T>;
-        static_assert(!is_integer || sizeof(T) == 1 || sizeof(T) == 4 || sizeof(T) == 8);
-        const MPI_Datatype type = !is_integer      ? MPI_DOUBLE
-                                  : sizeof(T) == 1 ? MPI_UNSIGNED_CHAR
-                                  : sizeof(T) == 4 ? MPI_INT
-                                                   : MPI_INT64_T;
-        const std::size_t numbers = is_integer ? 1 : sizeof(T) / sizeof(double);
         std::vector<T> of_used(used_ * static_cast<std::size_t>(components));
+        from_owners(of_owned, std::span(of_used), components);
+        return of_used;
+    }
+    /// The same into `of_used`.
+    template <class T>
+    void from_owners(std::span<const T> of_owned, std::span<T> of_used, int components) const {
+        constexpr bool is_number = std::is_arithmetic_v<T>;
+        static_assert(!is_number || sizeof(T) == 1 || sizeof(T) == 4 || sizeof(T) == 8);
+        const MPI_Datatype type = std::is_same_v<T, float> ? MPI_FLOAT
+                                  : !std::is_integral_v<T> ? MPI_DOUBLE
+                                  : sizeof(T) == 1         ? MPI_UNSIGNED_CHAR
+                                  : sizeof(T) == 4         ? MPI_INT
+                                                           : MPI_INT64_T;
+        const std::size_t numbers = is_number ? 1 : sizeof(T) / sizeof(double);
         broadcast(of_owned.data(), of_used.data(), type,
                   numbers * static_cast<std::size_t>(components));
-        return of_used;
     }
     /// The sum, for each row owned, of what ranks have for it. Collective.
     std::vector<double> sum_to_owners(std::span<const double> of_used, int components = 1) const {

@@ -19,6 +19,9 @@ inline Eigen::AlignedBox3d span_of_mesh(const std::filesystem::path& path) {
     return box;
 }
 
+/// Multigrid with a matrix on its finest level: what meshes are judged by.
+inline constexpr const char* as_assembled = "coarse: rediscretised, finest: assembled";
+
 /// Multigrid's iterations to 1e-8 at a Poisson's ratio of 0.45: a hierarchy under its own weight,
 /// held at a tenth of its length in x only. `solver`: what else the solver is told, as in a scene.
 inline int own_weight_iterations(const Folder& folder, const std::string& mesh,

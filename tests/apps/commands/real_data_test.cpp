@@ -19,6 +19,7 @@ namespace livetet {
 namespace {
 
 using nlohmann::json;
+using test::as_assembled;
 using test::Folder;
 using test::livetet;
 using test::own_weight_iterations;
@@ -59,7 +60,8 @@ void mesh_and_solve(const std::string& input, const std::string& options, double
     EXPECT_TRUE(report["converged"].get<bool>());
     EXPECT_GE(report["largest_displacement_mm"].get<double>(), 10 - 1e-9);
     EXPECT_LT(report["largest_displacement_mm"].get<double>(), 20);
-    EXPECT_LE(own_weight_iterations(folder, "liver.h5", "coarse: rediscretised"), 15);
+    EXPECT_LE(own_weight_iterations(folder, "liver.h5", "coarse: rediscretised"), 20);
+    EXPECT_LE(own_weight_iterations(folder, "liver.h5", as_assembled), 15);
     EXPECT_LE(own_weight_iterations(folder, "liver.h5", "coarse: galerkin"), 15);
 }
 
@@ -111,7 +113,8 @@ TEST(RealData, AnElephantWithThinEarsTakesMultigridTwiceAsLong) {
     const auto meshed = livetet(
         folder, "mesh '" + data + "/surfaces/elephant.off' -o liver.h5 --tets 60000 --space ras");
     ASSERT_EQ(meshed.status, 0) << meshed.err;
-    EXPECT_LE(own_weight_iterations(folder, "liver.h5", "coarse: rediscretised"), 35);
+    EXPECT_LE(own_weight_iterations(folder, "liver.h5", "coarse: rediscretised"), 45);
+    EXPECT_LE(own_weight_iterations(folder, "liver.h5", as_assembled), 35);
     EXPECT_LE(own_weight_iterations(folder, "liver.h5", "coarse: galerkin"), 23);
     EXPECT_LE(own_weight_iterations(folder, "liver.h5", "coarse: galerkin, smoothing_steps: 12"),
               18)

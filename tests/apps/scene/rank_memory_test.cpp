@@ -9,8 +9,9 @@ namespace livetet {
 namespace {
 
 TEST(RankMemory, SharesWhatIsOwn) {
-    const std::vector<LevelSize> levels{size_of_level(test::block({20, 10, 10}, test::beam_size)),
-                                        size_of_level(test::block({3, 2, 2}, test::beam_size))};
+    const std::vector<LevelSize> levels{
+        size_of_level(test::block({20, 10, 10}, test::beam_size), true),
+        size_of_level(test::block({3, 2, 2}, test::beam_size), true)};
     const RankMemory one = memory_of_rank(levels, 1, 0), eight = memory_of_rank(levels, 8, 0);
     EXPECT_EQ(one.own, levels[0].bytes + levels[1].bytes);
     EXPECT_EQ(one.whole, levels[0].mesh_bytes + levels[1].mesh_bytes);
@@ -30,10 +31,13 @@ TEST(RankMemory, SharesWhatIsOwn) {
 
 TEST(RankMemory, TenNodesTakeMore) {
     const TetMesh linear = test::block({6, 3, 3}, test::beam_size);
-    const LevelSize four = size_of_level(linear), ten = size_of_level(quadratic_mesh(linear));
+    const LevelSize four = size_of_level(linear, true),
+                    ten = size_of_level(quadratic_mesh(linear), true);
     EXPECT_EQ(four.tets, ten.tets);
     EXPECT_GT(ten.bytes, 5 * four.bytes);
     EXPECT_GT(ten.mesh_bytes, 2 * four.mesh_bytes);
+    EXPECT_LT(size_of_level(linear, false).bytes, four.bytes);
+    EXPECT_LT(size_of_level(quadratic_mesh(linear), false).bytes, ten.bytes / 2);
 }
 
 }  // namespace

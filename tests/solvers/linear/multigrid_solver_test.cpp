@@ -79,7 +79,7 @@ TEST(MultigridSolver, ItsKindOfCoarseOperatorsDoesNotChangeTheAnswer) {
 
 TEST(MultigridSolver, SaysHowItPreconditions) {
     EXPECT_EQ(Beam(4, 2, CoarseOperator::rediscretised).solver->preconditioner_name(),
-              "mg, 2 levels, rediscretised");
+              "mg, 2 levels, rediscretised, finest matrix-free");
     EXPECT_EQ(Beam(4, 2, CoarseOperator::galerkin).solver->preconditioner_name(),
               "mg, 2 levels, galerkin");
 }

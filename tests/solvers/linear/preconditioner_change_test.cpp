@@ -55,7 +55,7 @@ class PreconditionerChange : public testing::Test {
     };
 
     /// Clamps one end of `finest` and pulls at every node, to 1e-8.
-    void make(TetMesh finest, const SolverOptions& options) {
+    void make(TetMesh finest, const SolverOptions& options, const char* model = "linear") {
         hierarchy = make_hierarchy({std::move(finest), test::block({12, 4, 1}, plate_size),
                                     test::block({6, 2, 1}, plate_size)},
                                    "a plate");
@@ -63,8 +63,8 @@ class PreconditionerChange : public testing::Test {
         parts.clear();
         for (const TetMesh& level : hierarchy.levels)
             parts.push_back(partition_tets(level.tets, ranks));
-        solver = make_linear_solver({PETSC_COMM_WORLD, hierarchy, parts}, {materials, "linear"},
-                                    options);
+        solver =
+            make_linear_solver({PETSC_COMM_WORLD, hierarchy, parts}, {materials, model}, options);
         const TetMesh& mesh = hierarchy.levels.front();
         std::vector<std::uint8_t> held(mesh.nodes.size(), 0);
         std::vector<Vector3> force(mesh.nodes.size(), Vector3(1e-4, 2e-4, -1e-4));
@@ -77,11 +77,16 @@ class PreconditionerChange : public testing::Test {
         b = make_vector(solver->fine().share());
         test::fill(solver->fine().share(), force, b.get());
     }
-    Result solve(double tolerance = 1e-8) {
+    Result solve(double tolerance = 1e-8, double bent = 0) {
         const PartitionedMesh& share = solver->fine().share();
         const PetscHandle<Vec> u = make_vector(share), x = make_vector(share),
                                rest = make_vector(share);
+        std::vector<Vector3> displacement;
+        for (const Vector3& at : share.rest) displacement.push_back({0, 0, bent * at.x() * at.x()});
+        set_values(share, displacement, u.get());
+        update_ghosts(u.get());
         ElementRotations rotations = solver->fine().make_rotations();
+        solver->update_rotations(u.get(), rotations);
         solver->assemble({u.get(), nullptr, &rotations}, {});
         solver->set_up_preconditioner();
         Result result;
@@ -125,6 +130,31 @@ TEST_F(PreconditionerChange, LevelsThatDoNotFitAreReplacedInTheFirstSolveAndStay
     EXPECT_EQ(next.name, first.name);
 }
 
+TEST_F(PreconditionerChange, WhatReplacesTheCycleFollowsTheBody) {
+    make(folded_strip(), {}, "corotated");
+    const Result first = solve();
+    EXPECT_NE(first.name.find("cholesky (MUMPS)"), std::string::npos) << first.name;
+    for (const double bent : {2.0, 6.0}) {
+        const Result next = solve(1e-8, bent);
+        EXPECT_LE(next.report.iterations, 2) << bent;
+        EXPECT_LE(next.residual, 2e-8) << bent;
+    }
+}
+
+TEST_F(PreconditionerChange, AMatrixIsKeptWhereOptionsWantOne) {
+    const auto has_matrix = [&](const std::string& option, const std::string& value) {
+        const std::vector given{std::pair(option, value)};
+        const test::PetscOptions options(given);
+        make(test::block({12, 4, 1}, plate_size), {.kind = SolverKind::multigrid});
+        return solver->fine().matrix() != nullptr;
+    };
+    EXPECT_TRUE(has_matrix("-pc_type", "jacobi"));
+    EXPECT_TRUE(has_matrix("-mg_levels_2_ksp_max_it", "3"));
+    EXPECT_TRUE(has_matrix("-mg_levels_ksp_max_it", "3"));
+    EXPECT_FALSE(has_matrix("-mg_levels_1_ksp_max_it", "3"));
+    EXPECT_FALSE(has_matrix("-ksp_rtol", "1e-9"));
+}
+
 TEST_F(PreconditionerChange, LevelsThatFitStay) {
     const TetMesh plate = test::block({24, 8, 2}, plate_size);
     make(plate, {.kind = SolverKind::multigrid, .coarse = CoarseOperator::rediscretised});
@@ -138,7 +168,8 @@ TEST_F(PreconditionerChange, LevelsThatFitStay) {
 TEST_F(PreconditionerChange, AnExplicitMultigridTakesGalerkinProductsAtMost) {
     make(folded_strip(), {.kind = SolverKind::multigrid});
     const Result result = solve();
-    EXPECT_NE(result.name.find("mg, 3 levels, galerkin in place of mg, 3 levels, rediscretised"),
+    EXPECT_NE(result.name.find("mg, 3 levels, galerkin, finest matrix-free in place of mg, 3 "
+                               "levels, rediscretised, finest matrix-free"),
               std::string::npos)
         << result.name;
     make(folded_strip(), {.kind = SolverKind::multigrid, .coarse = CoarseOperator::galerkin});
@@ -159,7 +190,9 @@ TEST_F(PreconditionerChange, AnIndefiniteCycleIsReplaced) {
 }
 
 TEST_F(PreconditionerChange, AggregationSolvesTheFoldedStripIn40Iterations) {
-    make(folded_strip(), {.kind = SolverKind::multigrid, .coarse = CoarseOperator::rediscretised});
+    make(folded_strip(), {.kind = SolverKind::multigrid,
+                          .coarse = CoarseOperator::rediscretised,
+                          .finest = FinestOperator::assembled});
     (void)solve(0.5);
     solver->fine().set_rigid_motions();
     ScalarCopy scalars;
@@ -184,7 +217,9 @@ TEST_F(PreconditionerChange, AggregationSolvesTheFoldedStripIn40Iterations) {
 }
 
 TEST_F(PreconditionerChange, AFactorisationIsAffordableByItsOperationsAndMemory) {
-    make(folded_strip(), {.kind = SolverKind::multigrid, .coarse = CoarseOperator::rediscretised});
+    make(folded_strip(), {.kind = SolverKind::multigrid,
+                          .coarse = CoarseOperator::rediscretised,
+                          .finest = FinestOperator::assembled});
     (void)solve(0.5);
     ScalarCopy scalars;
     Mat A = scalars.update(solver->matrix());
