@@ -48,23 +48,36 @@ double edge_for(double unknowns, int refine) {
     return std::cbrt(4.955 * 0.002 / tets);
 }
 
-std::string scene_text(const std::string& mesh, int refine, const std::string& solver,
+/// What a run differs in from others on its mesh.
+struct Variant {
+    std::string kind = "multigrid";
+    bool assembled = false;  ///< the finest level's operator
+    bool ten_nodes = false;
+
+    std::string name() const {
+        return kind + (assembled ? "_assembled" : "") + (ten_nodes ? "_P2" : "");
+    }
+};
+
+std::string scene_text(const std::string& mesh, int refine, const Variant& variant,
                        const std::string& result) {
     return fmt::format(
         "mesh: {{file: {}, refine: {}}}\n"
+        "elements: {}\n"
         "materials: [{{young_Pa: 5000, poisson: 0.45}}]\n"
         "fix: [{{half_space_mm: [0.001, 0, 0, 1, 0, 0]}}]\n"
         "drive: [{{box_mm: [83.5, 33.5, 99.999, 116.5, 66.5, 100.001], displacement_mm: [0, 0, "
         "-5]}}]\n"
-        "solver: {{{}, newton_tolerance: 1.0e-8, max_iterations: 2000}}\n"
+        "solver: {{kind: {}, finest: {}, relative_tolerance: 1.0e-3, newton_tolerance: 1.0e-8, "
+        "max_iterations: 2000}}\n"
         "output: {{file: {}}}\n",
-        mesh, refine, solver, result);
+        mesh, refine, variant.ten_nodes ? "P2" : "P1", variant.kind,
+        variant.assembled ? "assembled" : "automatic", result);
 }
 
-std::string solver_of(const std::string& kind) {
+void check_kind(const std::string& kind) {
     if (kind != "multigrid" && kind != "gamg" && kind != "boomeramg")
         fail("--compare {}: expected gamg or boomeramg", kind);
-    return "kind: " + kind + ", relative_tolerance: 1.0e-3";
 }
 
 void print_runs(const std::vector<SolveRun>& runs) {
@@ -100,14 +113,17 @@ bool judge(const std::string& what, double value, const std::string& target, boo
 /// quarter of the size.
 struct ScalingRuns {
     std::vector<SolveRun> strong, weak, others;
-    std::vector<SolveRun> spread;      ///< a quarter of the size, on all numbers of ranks
-    std::optional<SolveRun> part;      ///< of that, on one rank what each of the most has
-    std::vector<SolveRun> of_nothing;  ///< the least mesh, on one rank and on the most
-    int judged_ranks = 1;              ///< the most that the cores allow
+    std::optional<SolveRun> assembled;  ///< of `strong`, with a matrix on the finest level
+    std::vector<SolveRun> ten_nodes;    ///< half the size: without that matrix, and with it
+    std::vector<SolveRun> spread;       ///< a quarter of the size, on all numbers of ranks
+    std::optional<SolveRun> part;       ///< of that, on one rank what each of the most has
+    std::vector<SolveRun> of_nothing;   ///< the least mesh, on one rank and on the most
+    int judged_ranks = 1;               ///< the most that the cores allow
 
     std::vector<SolveRun> all() const {
         std::vector<SolveRun> all = strong;
-        for (const auto* more : {&weak, &others, &spread, &of_nothing})
+        if (assembled) all.push_back(*assembled);
+        for (const auto* more : {&ten_nodes, &weak, &others, &spread, &of_nothing})
             all.insert(all.end(), more->begin(), more->end());
         if (part) all.push_back(*part);
         return all;
@@ -134,13 +150,13 @@ ScalingRuns measure_runs(const ScalingArguments& a, int cores) {
         if (ranks <= cores) runs.judged_ranks = std::max(runs.judged_ranks, ranks);
     const auto judged = static_cast<std::size_t>(
         std::ranges::count_if(a.ranks, [&](int ranks) { return ranks <= runs.judged_ranks; }));
-    const std::size_t total = 2 * judged + a.others.size() + a.ranks.size() + 3;
+    const std::size_t total = 2 * judged + a.others.size() + a.ranks.size() + 6;
     std::size_t count = 0;
     const auto run = [&](const std::string& name, const std::string& of_mesh,
-                         const std::string& kind, int ranks) {
-        const fs::path scene = folder / fmt::format("{}_{}.yaml", of_mesh, kind);
-        write_text_file(scene, scene_text(of_mesh + ".h5", a.refine, solver_of(kind),
-                                          fmt::format("{}_{}.h5", of_mesh, kind) + ".result.h5"));
+                         const Variant& variant, int ranks) {
+        const std::string file = of_mesh + "_" + variant.name();
+        const fs::path scene = folder / (file + ".yaml");
+        write_text_file(scene, scene_text(of_mesh + ".h5", a.refine, variant, file + ".result.h5"));
         progress.update(static_cast<double>(count++) / static_cast<double>(total),
                         fmt::format("{} on {} ranks", name, ranks));
         return run_solve(name, a.launcher, ranks, scene);
@@ -148,24 +164,31 @@ ScalingRuns measure_runs(const ScalingArguments& a, int cores) {
     mesh(a.unknowns, a.refine, "whole");
     for (const int ranks : a.ranks)
         if (ranks <= runs.judged_ranks)
-            runs.strong.push_back(run("multigrid, one size", "whole", "multigrid", ranks));
+            runs.strong.push_back(run("multigrid, one size", "whole", {}, ranks));
     for (const int ranks : a.ranks) {
         if (ranks > runs.judged_ranks) continue;
         const std::string name = fmt::format("weak{}", ranks);
         mesh(a.unknowns * ranks / runs.judged_ranks, a.refine, name);
-        runs.weak.push_back(run("multigrid, one size a rank", name, "multigrid", ranks));
+        runs.weak.push_back(run("multigrid, one size a rank", name, {}, ranks));
     }
     for (const std::string& kind : a.others)
-        runs.others.push_back(run(kind + ", one size", "whole", kind, runs.judged_ranks));
+        runs.others.push_back(run(kind + ", one size", "whole", {kind}, runs.judged_ranks));
+    const int ranks_of_all = runs.judged_ranks;
+    runs.assembled = run("the same, assembled", "whole", {.assembled = true}, ranks_of_all);
+    mesh(a.unknowns / 2, a.refine + 1, "half");  // ten-node tets halve edges once more
+    for (const bool assembled : {false, true})
+        runs.ten_nodes.push_back(
+            run(assembled ? "the same, assembled" : "ten-node tets, half of it", "half",
+                {.assembled = assembled, .ten_nodes = true}, ranks_of_all));
     mesh(a.unknowns / 4, a.refine, "quarter");
     for (const int ranks : a.ranks)
-        runs.spread.push_back(run("multigrid, a quarter", "quarter", "multigrid", ranks));
+        runs.spread.push_back(run("multigrid, a quarter", "quarter", {}, ranks));
     if (fewest > 1 || most < 2) return runs;
     mesh(a.unknowns / 4 / most, a.refine, "part");
-    runs.part = run(fmt::format("the same, 1/{}", most), "part", "multigrid", 1);
+    runs.part = run(fmt::format("the same, 1/{}", most), "part", {}, 1);
     mesh(200 * std::pow(8, a.refine), a.refine, "nothing");
     for (const int ranks : {1, most})
-        runs.of_nothing.push_back(run("next to nothing", "nothing", "multigrid", ranks));
+        runs.of_nothing.push_back(run("next to nothing", "nothing", {}, ranks));
     return runs;
 }
 
@@ -191,6 +214,20 @@ bool judge_times(const ScalingRuns& runs, int cores, double bandwidth_ratio) {
     good &= judge("speed-up of two ranks over one", faster, ">= 1.7", faster >= 1.7);
     fmt::print("{:<70} {:>8.2f}   (bandwidth of {} cores over that of one)\n",
                "  limit by memory bandwidth: about", bandwidth_ratio, cores);
+    return good;
+}
+
+/// The finest level without a matrix against the same with one.
+bool judge_matrix_free(const ScalingRuns& runs) {
+    const SolveRun &four = *on_ranks(runs.strong, runs.judged_ranks), &ten = runs.ten_nodes[0];
+    const double memory = ten.bytes_an_unknown() / 1e3,
+                 share = ten.bytes_an_unknown() / runs.ten_nodes[1].bytes_an_unknown();
+    bool good = judge("ten-node tets: kB an unknown", memory, "<= 0.8", memory <= 0.8);
+    good &= judge("ten-node tets: memory over that with a matrix", share, "<= 0.5", share <= 0.5);
+    fmt::print("{:<70} {:>8.2f}   four-node tets {:.2f}\n",
+               "ten-node tets: time to solution with a matrix over that without",
+               runs.ten_nodes[1].solution_s() / ten.solution_s(),
+               runs.assembled->solution_s() / four.solution_s());
     return good;
 }
 
@@ -228,6 +265,7 @@ bool judge_runs(const ScalingRuns& runs, int cores, double bandwidth_ratio) {
     bool good = std::ranges::all_of(runs.all(), &SolveRun::converged);
     if (!good) fmt::print("a run did not converge: its times cannot be compared\n");
     good &= judge_times(runs, cores, bandwidth_ratio);
+    good &= judge_matrix_free(runs);
     good &= judge_memory(runs);
     const auto [fewest, greatest] =
         std::ranges::minmax(runs.spread, {}, &SolveRun::iterations_a_solve);
@@ -245,7 +283,7 @@ bool judge_runs(const ScalingRuns& runs, int cores, double bandwidth_ratio) {
 int bench_scaling(const ScalingArguments& a) {
     if (a.ranks.empty() || *std::min_element(a.ranks.begin(), a.ranks.end()) < 1)
         fail("--ranks: expected numbers from 1 on");
-    for (const std::string& kind : a.others) (void)solver_of(kind);
+    std::ranges::for_each(a.others, check_kind);
     const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
     const double of_one = measure_bandwidth(1), of_all = measure_bandwidth(cores);
     fmt::print("memory bandwidth: {:.1f} GB/s on one core, {:.1f} on {}\n", of_one / 1e9,
