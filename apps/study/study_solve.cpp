@@ -94,9 +94,10 @@ void StudySolver::run(const Scene& scene, StudyRow& row, const ProgressCallback&
 
     // 3. outputs
     const std::vector<Vector3> local = body.body->displacement();
-    row.displacement = whole_values(body.share(), local);
+    row.displacement = values_on_first(body.share(), local);
     double largest = 0;
-    for (const Vector3& u : row.displacement) largest = std::max(largest, u.norm());
+    for (const Vector3& u : local) largest = std::max(largest, u.norm());
+    MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, group_);
     row.outputs.emplace_back("largest_displacement_mm", 1e3 * largest);
     row.outputs.emplace_back("strain_energy_mJ", 1e3 * body.body->strain_energy());
     row.outputs.emplace_back("largest_von_mises_Pa", body.body->largest_von_mises());

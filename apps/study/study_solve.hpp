@@ -29,7 +29,7 @@ struct StudyRow {
     double mesh_s = 0, setup_s = 0, solve_s = 0;
     int iterations = 0, newton_iterations = 0;
     std::vector<StepRecord> steps;
-    std::vector<Vector3> displacement;  ///< of each node at the end, m
+    std::vector<Vector3> displacement;  ///< of each node at the end, m; on the first rank alone
 };
 
 /// Columns of a stored history; its times are in a table of their own, as they differ between two

@@ -163,6 +163,21 @@ std::vector<Vector3> whole_values(const PartitionedMesh& share, std::span<const 
     return values;
 }
 
+std::vector<Vector3> values_on_first(const PartitionedMesh& share, std::span<const Vector3> local) {
+    if (share.ranks == 1) return {local.begin(), local.end()};
+    int rank = 0;
+    MPI_Comm_rank(share.comm, &rank);
+    const auto owned = static_cast<std::size_t>(share.owned);
+    const std::vector<PetscInt> rows(share.nodes.begin(), share.nodes.begin() + share.owned);
+    std::vector<double> of_nodes(3 * owned);
+    for (std::size_t i = 0; i < of_nodes.size(); ++i) of_nodes[i] = local[i / 3][i % 3];
+    const std::vector<double> all =
+        SharedRows(share.comm, rank == 0 ? share.total : 0, rows).to_owners(of_nodes, 3);
+    std::vector<Vector3> values;
+    for (std::size_t n = 0; n < all.size() / 3; ++n) values.emplace_back(&all[3 * n]);
+    return values;
+}
+
 std::vector<PetscInt> node_numbers(const PartitionedMesh& share) {
     return number_owned(share.comm, share.total, std::span(share.nodes).first(share.owned));
 }

@@ -64,6 +64,9 @@ TetMesh local_mesh(const PartitionedMesh& share);
 /// nodes. For meshes that fit on one. Collective.
 std::vector<Vector3> whole_values(const PartitionedMesh& share, std::span<const Vector3> local);
 
+/// The same on the first rank alone; empty on the others. Collective.
+std::vector<Vector3> values_on_first(const PartitionedMesh& share, std::span<const Vector3> local);
+
 /// PETSc's number of each node of the whole mesh, on every rank. Collective.
 std::vector<PetscInt> node_numbers(const PartitionedMesh& share);
 

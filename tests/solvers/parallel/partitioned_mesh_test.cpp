@@ -75,6 +75,10 @@ TEST_P(PartitionedMeshTest, FieldsGoOutAndComeBack) {
                 EXPECT_EQ(values.data()[3 * i + c], field[mesh.nodes[i]][c]);
     }
     EXPECT_EQ(test::gather(mesh, v.get()), field);
+    int rank = 0;
+    MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+    EXPECT_EQ(values_on_first(mesh, local_values(mesh, v.get())),
+              rank == 0 ? field : std::vector<Vector3>());
 }
 
 /// Of its own mesh a rank finds what the whole mesh has at its own nodes.
