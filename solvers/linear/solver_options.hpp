@@ -79,7 +79,7 @@ void visit_fields(Visitor& v, SolverOptions& s) {
     v.choice("finest", s.finest, "multigrid's operator on the finest level",
              {{FinestOperator::automatic, "automatic",
                "without a matrix where its elements are linear or corotated tets by displacements "
-               "and coarse operators are rediscretised: half the memory; else assembled"},
+               "and coarse operators are rediscretised: less memory; else assembled"},
               {FinestOperator::assembled, "assembled", "a matrix"}});
     v.field("smoothing_steps", s.smoothing_steps, "",
             "Chebyshev steps before and after each coarse correction; 0: 1 live, 4 without a "
