@@ -228,47 +228,52 @@ void update_rotations(const TetBatches<Real, nodes>& batches, BatchRange range,
     }
 }
 
-// Products are flattened, so that less goes through memory.
+namespace {
 
-template <class Real, int nodes>
-void add_forces(const TetBatches<Real, nodes>& batches, BatchRange range,
-                std::span<const RotationBatch<Real>> rotations, std::span<const Real> u,
-                std::span<Real> f) {
+/// f_i += sum_q stress(lambda, mu, R, H) grad N_i with the moduli times the volume of the point and
+/// `factor`, and H = grad u.
+template <class Real, int nodes, class Stress>
+void add_point_forces(Real factor, const TetBatches<Real, nodes>& batches, BatchRange range,
+                      std::span<const RotationBatch<Real>> rotations, std::span<const Real> u,
+                      std::span<Real> f, Stress&& stress) {
     constexpr int points = TetBatches<Real, nodes>::points;
-    const Lanes<Real> share = all_lanes(Real(1) / points);
+    const Lanes<Real> share = all_lanes(factor / points);
     for (std::size_t k = range.begin; k < range.end; ++k) {
         const TetBatch<Real, nodes>& b = batches[k];
         const Lanes<Real> lambda = share * load<Real>(b.lambda), mu = share * load<Real>(b.mu);
         const PointGradients<Real, nodes> H(b, u.data());
         PointForces<Real, nodes> forces(b);
-        for (int q = 0; q < points; ++q)
-            forces.add(
-                q, hooke_stress(lambda, mu,
-                                load_matrix<Real>(rotation_of_batch(rotations, points * k + q).R),
-                                plus_identity(H.at(q)), Real(1)));
+        for (int q = 0; q < points; ++q) {
+            const auto& rotation = rotation_of_batch(rotations, points * k + q);
+            forces.add(q, stress(lambda, mu, load_matrix<Real>(rotation.R), H.at(q)));
+        }
         forces.scatter(f.data());
     }
 }
+
+}  // namespace
+
+template <class Real, int nodes>
+void add_forces(const TetBatches<Real, nodes>& batches, BatchRange range,
+                std::span<const RotationBatch<Real>> rotations, std::span<const Real> u,
+                std::span<Real> f) {
+    add_point_forces(Real(1), batches, range, rotations, u, f,
+                     [](const auto& lambda, const auto& mu, const auto& R, const auto& H) {
+                         return hooke_stress(lambda, mu, R, plus_identity(H), Real(1));
+                     });
+}
+
+// Products are flattened, so that less goes through memory.
 
 template <class Real, int nodes>
 [[gnu::flatten]] void add_stiffness_times(Real factor, const TetBatches<Real, nodes>& batches,
                                           BatchRange range,
                                           std::span<const RotationBatch<Real>> rotations,
                                           std::span<const Real> v, std::span<Real> f) {
-    constexpr int points = TetBatches<Real, nodes>::points;
-    const Lanes<Real> share = all_lanes(factor / points);
-    for (std::size_t k = range.begin; k < range.end; ++k) {
-        const TetBatch<Real, nodes>& b = batches[k];
-        const Lanes<Real> lambda = share * load<Real>(b.lambda), mu = share * load<Real>(b.mu);
-        const PointGradients<Real, nodes> H(b, v.data());
-        PointForces<Real, nodes> forces(b);
-        for (int q = 0; q < points; ++q)
-            forces.add(
-                q, hooke_stress(lambda, mu,
-                                load_matrix<Real>(rotation_of_batch(rotations, points * k + q).R),
-                                H.at(q), Real(0)));
-        forces.scatter(f.data());
-    }
+    add_point_forces(factor, batches, range, rotations, v, f,
+                     [](const auto& lambda, const auto& mu, const auto& R, const auto& H) {
+                         return hooke_stress(lambda, mu, R, H, Real(0));
+                     });
 }
 
 /// h, the dot products and the last number of each block are made lane by lane; then each tet's
