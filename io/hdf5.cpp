@@ -8,13 +8,13 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <exception>
 #include <limits>
 #include <type_traits>
 
 #include "base/child_process.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
+#include "base/together.hpp"
 #include "io/parse_in_child.hpp"
 
 namespace livetet::hdf5 {
@@ -90,40 +90,8 @@ int close_descriptor(Handle::Id descriptor) { return ::close(static_cast<int>(de
 
 }  // namespace
 
-namespace {
-
-/// Runs `work` on every rank. If it throws on any, all throw: the ranks that go on would wait for
-/// the others in the next call that they make together.
-void together(MPI_Comm comm, const std::function<void()>& work) {
-    if (comm == MPI_COMM_SELF) {  // a single writer need not have MPI
-        work();
-        return;
-    }
-    int rank = 0, failed = std::numeric_limits<int>::max();
-    MPI_Comm_rank(comm, &rank);
-    std::exception_ptr own;
-    std::string problem;
-    try {
-        work();
-    } catch (const std::exception& e) {
-        own = std::current_exception();
-        problem = e.what();
-        failed = rank;
-    }
-    MPI_Allreduce(MPI_IN_PLACE, &failed, 1, MPI_INT, MPI_MIN, comm);
-    if (failed == std::numeric_limits<int>::max()) return;
-    auto size = static_cast<int>(problem.size());
-    MPI_Bcast(&size, 1, MPI_INT, failed, comm);
-    if (rank != failed) problem.resize(static_cast<std::size_t>(size));
-    MPI_Bcast(problem.data(), size, MPI_CHAR, failed, comm);
-    if (own) std::rethrow_exception(own);
-    throw Error(problem);
-}
-
-}  // namespace
-
 void File::together(const std::function<void()>& work) const {
-    hdf5::together(ranks_ > 1 ? comm_ : MPI_COMM_SELF, work);
+    livetet::together(ranks_ > 1 ? comm_ : MPI_COMM_SELF, work);
 }
 
 std::size_t File::sum(std::size_t here) const {
@@ -142,7 +110,7 @@ File File::create(const std::filesystem::path& path, const std::string& shown, M
     const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     if (ranks > 1) H5Pset_fapl_mpio(access.id(), comm, MPI_INFO_NULL);
     Handle handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), H5Fclose);
-    hdf5::together(comm, [&] {
+    livetet::together(comm, [&] {
         if (handle.id() < 0) fail("{}: cannot be written as HDF5 (is the disk full?)", shown);
     });
     File file(std::move(handle), shown);

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/together.hpp"
 #include "mesh/hex_grid.hpp"
 
 namespace livetet {
@@ -24,14 +25,32 @@ std::span<const T> flat(const std::vector<Row>& rows) {
     return {reinterpret_cast<const T*>(rows.data()), rows.size() * (sizeof(Row) / sizeof(T))};
 }
 
-template <class T, std::size_t N>
-std::vector<std::array<T, N>> read_rows(const hdf5::File& file, const std::string& name) {
-    const auto table = file.read<T>(name, N);
-    std::vector<std::array<T, N>> rows(table.rows);
-    for (std::size_t r = 0; r < table.rows; ++r)
-        std::copy_n(table.values.begin() + r * N, N, rows[r].begin());
-    return rows;
-}
+/// Reads tables, of which each of several ranks takes its rows.
+class RowReader {
+  public:
+    explicit RowReader(const hdf5::File& file, std::size_t rank = 0, std::size_t ranks = 1)
+        : file_(file), rank_(rank), ranks_(ranks) {}
+
+    RowRange range(std::size_t rows) const { return row_range(rows, rank_, ranks_); }
+    template <class T>
+    std::vector<T> numbers(const std::string& name, std::size_t columns = 1) const {
+        if (ranks_ == 1) return file_.read<T>(name, columns).values;
+        return file_.read_range<T>(name, range(file_.rows(name, columns)), columns);
+    }
+    template <class T, std::size_t N>
+    std::vector<std::array<T, N>> rows(const std::string& name) const {
+        const std::vector<T> values = numbers<T>(name, N);
+        std::vector<std::array<T, N>> rows(values.size() / N);
+        for (std::size_t r = 0; r < rows.size(); ++r)
+            std::copy_n(values.begin() + r * N, N, rows[r].begin());
+        return rows;
+    }
+    const hdf5::File& file() const { return file_; }
+
+  private:
+    const hdf5::File& file_;
+    std::size_t rank_, ranks_;
+};
 
 void check_indices(std::span<const std::int32_t> indices, std::size_t count,
                    const std::string& where) {
@@ -60,28 +79,33 @@ std::string unescape(const std::string& text) {
     return name;
 }
 
-BarycentricMap read_transfer(const hdf5::File& file, const std::string& group, std::size_t points,
+/// `points`: nodes of the finer level; `nodes`: of the coarser one.
+BarycentricMap read_transfer(const RowReader& reader, const std::string& group, std::size_t points,
                              std::size_t nodes) {
+    const hdf5::File& file = reader.file();
     const std::string where = fmt::format("{}: {}", file.shown(), group);
-    BarycentricMap map{read_rows<std::int32_t, 4>(file, group + "/nodes"),
-                       read_rows<double, 4>(file, group + "/weights"),
-                       file.read<double>(group + "/distance", 1).values};
-    if (map.nodes.size() != points || map.weights.size() != points || map.distance.size() != points)
+    const std::size_t counts[3] = {file.rows(group + "/nodes", 4), file.rows(group + "/weights", 4),
+                                   file.rows(group + "/distance", 1)};
+    if (counts[0] != points || counts[1] != points || counts[2] != points)
         fail(
             "{}: has {} nodes, {} weights, {} distances, expected one for each of {} nodes of the "
             "finer level",
-            where, map.nodes.size(), map.weights.size(), map.distance.size(), points);
+            where, counts[0], counts[1], counts[2], points);
+    BarycentricMap map{reader.rows<std::int32_t, 4>(group + "/nodes"),
+                       reader.rows<double, 4>(group + "/weights"),
+                       reader.numbers<double>(group + "/distance")};
     check_indices(flat<std::int32_t>(map.nodes), nodes, where + "/nodes");
-    for (std::size_t i = 0; i < points; ++i) {
+    const std::size_t first = reader.range(points).first;
+    for (std::size_t i = 0; i < map.size(); ++i) {
         const auto& w = map.weights[i];
         // Written so that NaN fails the test.
         const bool bounded = std::all_of(
             w.begin(), w.end(), [](double v) { return v >= min_extrapolated_weight - 1e-6; });
         if (!bounded || !(std::abs(w[0] + w[1] + w[2] + w[3] - 1) < 1e-6))
             fail("{}/weights: row {} is {}, {}, {}, {}, expected weights from {} on that sum to 1",
-                 where, i, w[0], w[1], w[2], w[3], min_extrapolated_weight);
+                 where, first + i, w[0], w[1], w[2], w[3], min_extrapolated_weight);
         if (!(map.distance[i] >= 0))
-            fail("{}/distance: row {} is {}, expected metres", where, i, map.distance[i]);
+            fail("{}/distance: row {} is {}, expected metres", where, first + i, map.distance[i]);
     }
     return map;
 }
@@ -138,7 +162,7 @@ void write_hexahedra(hdf5::File& file, const std::string& group, const TetMesh& 
 
 void read_hexahedra(const hdf5::File& file, const std::string& group, TetMesh& mesh) {
     const std::string where = fmt::format("{}: {}", file.shown(), group);
-    for (const auto& row : read_rows<std::int32_t, 8>(file, group + "/hexahedra"))
+    for (const auto& row : RowReader(file).rows<std::int32_t, 8>(group + "/hexahedra"))
         mesh.hexahedra.push_back(reordered(row));
     mesh.shares = file.read<double>(group + "/shares", 1).values;
     (void)hex_level_of(mesh, where);  // throws unless it is a grid
@@ -189,37 +213,128 @@ std::size_t bytes_written(const TetMesh& mesh) {
     return bytes;
 }
 
-TetMesh read_mesh(const hdf5::File& file, const std::string& group) {
+namespace {
+
+MeshSize size_of(const hdf5::File& file, const std::string& group) {
+    return {file.rows(group + "/nodes", 3), file.rows(group + "/tets", 4)};
+}
+
+/// Nodes, tets and regions of a mesh without hexahedra.
+TetMesh read_tets(const RowReader& reader, const std::string& group) {
     TetMesh mesh;
-    for (const auto& x : read_rows<double, 3>(file, group + "/nodes"))
+    const hdf5::File& file = reader.file();
+    for (const auto& x : reader.rows<double, 3>(group + "/nodes"))
         mesh.nodes.emplace_back(x[0], x[1], x[2]);
-    if (file.has(group + "/hexahedra"))
-        read_hexahedra(file, group, mesh);
-    else
-        mesh.tets = read_rows<std::int32_t, 4>(file, group + "/tets");
+    mesh.tets = reader.rows<std::int32_t, 4>(group + "/tets");
     if (file.has(group + "/ten_node_tets"))
-        for (const auto& ten : read_rows<std::int32_t, 10>(file, group + "/ten_node_tets"))
+        for (const auto& ten : reader.rows<std::int32_t, 10>(group + "/ten_node_tets"))
             mesh.edge_nodes.push_back({ten[4], ten[5], ten[6], ten[7], ten[8], ten[9]});
-    if (file.has(group + "/regions") && mesh.hexahedra.empty())
-        mesh.regions = file.read<std::int32_t>(group + "/regions", 1).values;
-    check_tet_mesh(mesh, fmt::format("{}: {}", file.shown(), group));
+    if (file.has(group + "/regions"))
+        mesh.regions = reader.numbers<std::int32_t>(group + "/regions");
+    return mesh;
+}
+
+/// `nodes`: of the whole mesh.
+void read_sets(const RowReader& reader, const std::string& group, std::size_t nodes,
+               TetMesh& mesh) {
+    const hdf5::File& file = reader.file();
     for (const std::string& name : file.names(group + "/node_sets")) {
         const std::string table = group + "/node_sets/" + name,
                           where = fmt::format("{}: {}", file.shown(), table);
-        auto nodes = file.read<std::int32_t>(table, 1).values;
-        check_indices(nodes, mesh.nodes.size(), where);
-        if (std::adjacent_find(nodes.begin(), nodes.end(), std::greater_equal{}) != nodes.end())
+        auto set = reader.numbers<std::int32_t>(table);
+        check_indices(set, nodes, where);
+        if (std::adjacent_find(set.begin(), set.end(), std::greater_equal{}) != set.end())
             fail("{}: its nodes are not in order, expected them sorted, each once", where);
-        mesh.node_sets[unescape(name)] = std::move(nodes);
+        mesh.node_sets[unescape(name)] = std::move(set);
     }
     for (const std::string& name : file.names(group + "/triangle_sets")) {
         const std::string table = group + "/triangle_sets/" + name;
-        auto triangles = read_rows<std::int32_t, 3>(file, table);
-        check_indices(flat<std::int32_t>(triangles), mesh.nodes.size(),
+        auto triangles = reader.rows<std::int32_t, 3>(table);
+        check_indices(flat<std::int32_t>(triangles), nodes,
                       fmt::format("{}: {}", file.shown(), table));
         mesh.triangle_sets[unescape(name)] = std::move(triangles);
     }
+}
+
+/// Throws Error if a mesh of tets has none, or not one region or row of edge nodes for each.
+void check_counts(const hdf5::File& file, const std::string& group, const MeshSize& size) {
+    const std::string where = fmt::format("{}: {}", file.shown(), group);
+    if (size.tets == 0) fail("{}: the mesh has no tetrahedra, expected at least one", where);
+    const auto check = [&](const char* table, std::size_t columns, const char* what) {
+        if (!file.has(group + table)) return;
+        if (const std::size_t rows = file.rows(group + table, columns); rows != size.tets)
+            fail("{}: {} {} for {} tets, expected one each", where, rows, what, size.tets);
+    };
+    check("/regions", 1, "region labels");
+    check("/ten_node_tets", 10, "sets of edge nodes");
+}
+
+std::size_t count_levels(const hdf5::File& file) {
+    hdf5::check_format(file, hierarchy_format, hierarchy_version);
+    const std::size_t levels = file.names("levels").size();
+    if (levels == 0) fail("{}: holds no levels, expected at least one", file.shown());
+    return levels;
+}
+
+/// One rank's rows, without messages.
+HierarchyRows read_rows(const std::filesystem::path& path, std::size_t rank, std::size_t ranks,
+                        hdf5::Validation validation) {
+    const hdf5::File file = hdf5::File::open(path, validation);
+    const RowReader reader(file, rank, ranks);
+    const std::size_t levels = count_levels(file);
+    HierarchyRows mine;
+    mine.rows.provenance = file.read_text("provenance");
+    for (std::size_t l = 0; l < levels; ++l) {
+        const std::string group = fmt::format("levels/{}", l),
+                          where = fmt::format("{}: {}", file.shown(), group);
+        if (file.has(group + "/hexahedra"))
+            fail("{} ranks: found a mesh of hexahedra in {}, expected tetrahedra", ranks, where);
+        const MeshSize size = mine.sizes.emplace_back(size_of(file, group));
+        check_counts(file, group, size);
+        TetMesh& mesh = mine.rows.levels.emplace_back(read_tets(reader, group));
+        check_rows(mesh, size, {reader.range(size.nodes).first, reader.range(size.tets).first},
+                   where);
+        read_sets(reader, group, size.nodes, mesh);
+    }
+    for (std::size_t l = 0; l + 1 < levels; ++l)
+        mine.rows.transfers.push_back(read_transfer(reader, fmt::format("transfers/{}", l),
+                                                    mine.sizes[l].nodes, mine.sizes[l + 1].nodes));
+    return mine;
+}
+
+}  // namespace
+
+TetMesh read_mesh(const hdf5::File& file, const std::string& group) {
+    const RowReader reader(file);
+    TetMesh mesh;
+    if (file.has(group + "/hexahedra")) {
+        for (const auto& x : reader.rows<double, 3>(group + "/nodes"))
+            mesh.nodes.emplace_back(x[0], x[1], x[2]);
+        read_hexahedra(file, group, mesh);
+    } else {
+        mesh = read_tets(reader, group);
+    }
+    check_tet_mesh(mesh, fmt::format("{}: {}", file.shown(), group));
+    read_sets(reader, group, mesh.nodes.size(), mesh);
     return mesh;
+}
+
+HierarchyRows read_hierarchy_rows(MPI_Comm comm, const std::filesystem::path& path) {
+    int rank = 0, ranks = 1;
+    MPI_Comm_rank(comm, &rank);
+    MPI_Comm_size(comm, &ranks);
+    HierarchyRows mine;
+    const auto read = [&](hdf5::Validation validation) {
+        mine = read_rows(path, static_cast<std::size_t>(rank), static_cast<std::size_t>(ranks),
+                         validation);
+    };
+    together(comm, [&] {  // one rank looks for damage
+        if (rank == 0) read(hdf5::Validation::now);
+    });
+    together(comm, [&] {
+        if (rank != 0) read(hdf5::Validation::done);
+    });
+    return mine;
 }
 
 void write_hierarchy(const std::filesystem::path& path, const MeshHierarchy& hierarchy,
@@ -253,15 +368,13 @@ std::optional<ImageGrid> read_image_grid(const std::filesystem::path& path) {
 
 MeshHierarchy read_hierarchy(const std::filesystem::path& path) {
     const hdf5::File file = hdf5::File::open(path);
-    hdf5::check_format(file, hierarchy_format, hierarchy_version);
+    const std::size_t levels = count_levels(file);
     MeshHierarchy hierarchy;
     hierarchy.provenance = file.read_text("provenance");
-    const std::size_t levels = file.names("levels").size();
-    if (levels == 0) fail("{}: holds no levels, expected at least one", path.string());
     for (std::size_t l = 0; l < levels; ++l)
         hierarchy.levels.push_back(read_mesh(file, fmt::format("levels/{}", l)));
     for (std::size_t l = 0; l + 1 < levels; ++l)
-        hierarchy.transfers.push_back(read_transfer(file, fmt::format("transfers/{}", l),
+        hierarchy.transfers.push_back(read_transfer(RowReader(file), fmt::format("transfers/{}", l),
                                                     hierarchy.levels[l].nodes.size(),
                                                     hierarchy.levels[l + 1].nodes.size()));
     return hierarchy;

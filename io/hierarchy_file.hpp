@@ -6,7 +6,7 @@
 
 #include "image/image.hpp"
 #include "io/hdf5.hpp"
-#include "mesh/hierarchy.hpp"
+#include "mesh/hierarchy_rows.hpp"
 
 namespace livetet {
 
@@ -28,6 +28,11 @@ std::optional<ImageGrid> read_image_grid(const std::filesystem::path& path);
 /// Reads a file of `write_hierarchy`. Throws Error, naming file and table, if it is inconsistent:
 /// format, sizes, indices, inverted tets, weights that do not sum to one.
 MeshHierarchy read_hierarchy(const std::filesystem::path& path);
+
+/// The same on each rank of `comm`, of its rows of meshes of tets: no rank reads more. Whether tets
+/// have positive volumes, and nodes tets, is seen where the meshes are distributed. Throws Error on
+/// all ranks alike, also for a grid of hexahedra. Collective.
+HierarchyRows read_hierarchy_rows(MPI_Comm comm, const std::filesystem::path& path);
 
 /// Write and read one mesh in a group of an HDF5 file; also used by other formats. Of a file that
 /// several ranks write, each gives its rows of the mesh: some of its nodes, of its tets and of each

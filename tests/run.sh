@@ -17,6 +17,11 @@ if ldd "$lean" | grep -qE 'libvtk|libITK|libgdcm|libgmsh'; then
     exit 1
 fi
 
+say "the solvers with PETSc's 64-bit indices, on two ranks"
+cmake -S "$root" -B "$build-wide" --preset ci -DLIVETET_PETSC=PETSc64 -DLIVETET_IMAGES=OFF -DLIVETET_BENCHMARKS=OFF >/dev/null
+cmake --build "$build-wide" --target tests_solvers
+mpirun --oversubscribe -n 2 "$build-wide/tests/tests_solvers" --gtest_brief=1
+
 say "testing"
 [ -n "${LIVETET_DATA:-}" ] || echo "LIVETET_DATA is not set: tests on real inputs will be skipped"
 export GTEST_BRIEF=1  # what fails, and no more

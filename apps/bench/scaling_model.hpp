@@ -19,8 +19,7 @@ struct ScalingPoint {
     double coarse_s = 0;      ///< coarse levels: few ranks, many visits, each with a latency
     double reductions_s = 0;  ///< dot products
     double messages = 0, message_bytes = 0;  ///< of an iteration, sent by a rank
-    double replicated_bytes = 0;             ///< the file's whole mesh, on every rank
-    double partition_s = 0;                  ///< METIS, on one rank
+    double partition_s = 0;                  ///< METIS, on one rank; 0: PTScotch, on all
 
     double iteration_s() const { return compute_s + halo_s + coarse_s + reductions_s; }
 };
@@ -38,7 +37,6 @@ struct ScalingModel {
     double latency_s = 2e-6, bytes_a_second = 1e10;  ///< of a message on a present cluster network
     double seconds_an_unknown;                       ///< of an iteration, measured
     double partition_s_an_unknown;                   ///< measured
-    double replicated_bytes_an_unknown;              ///< of the file's mesh, counted
     double file_share;                               ///< unknowns of the file's mesh, of all
     int counted_ranks;
     double messages_factor = 1, bytes_factor = 1;  ///< counted over what the model has

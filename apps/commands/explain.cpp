@@ -33,7 +33,7 @@ std::string bound_of(const RankMemory& memory, std::size_t tets, int ranks) {
     if (ranks > 1 && of_each < worthwhile_tets_a_rank)
         return fmt::format("more ranks than pay: they wait for each other below {} tets each",
                            worthwhile_tets_a_rank);
-    if (memory.whole > memory.own) return "the file's mesh, which every rank reads";
+    if (memory.whole > memory.own) return "METIS, on the first rank";
     return memory.program > memory.own ? "the program itself" : "its own share";
 }
 

@@ -20,6 +20,9 @@
 #include "mesh/quadratic.hpp"
 #include "mesh/refine.hpp"
 #include "solvers/linear/live_support.hpp"
+#include "solvers/parallel/exchange.hpp"
+#include "solvers/parallel/first_rank.hpp"
+#include "solvers/parallel/mesh_distribution.hpp"
 #include "solvers/parallel/partition.hpp"
 #ifdef LIVETET_IMAGES
 #include "apps/scene/mesh_input.hpp"
@@ -108,29 +111,47 @@ MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progre
 #endif
 }
 
+namespace {
+
+/// Read by the first rank, refined until there are `enough` tets.
+SceneMesh deal_out(MPI_Comm comm, const Scene& scene, const ProgressCallback& progress,
+                   std::size_t enough) {
+    Scene as_read = scene;
+    as_read.mesh.refine = 0;
+    MeshHierarchy whole;
+    int refine = scene.mesh.refine;
+    on_first_rank(comm, [&] {
+        whole = load_mesh(as_read, progress);
+        int ranks = 1;
+        MPI_Comm_size(comm, &ranks);
+        refuse_hexahedra(whole, fmt::format("{} ranks", ranks));
+        for (; refine > 0 && whole.levels.front().tets.size() < enough; --refine)
+            whole = with_refined_levels(std::move(whole), 1);
+    });
+    MPI_Bcast(&refine, 1, MPI_INT, 0, comm);
+    return {rows_from_first(comm, whole), refine};
+}
+
+}  // namespace
+
 SceneMesh load_mesh_for(MPI_Comm comm, const Scene& scene, const ProgressCallback& progress) {
     int ranks = 1;
     MPI_Comm_size(comm, &ranks);
     if (ranks == 1) return load_mesh(scene, progress);
-    Scene as_read = scene;
-    as_read.mesh.refine = 0;
-    SceneMesh mesh = load_mesh(as_read, progress);
-    mesh.refine = scene.mesh.refine;
-    if (mesh.refine > 0)
-        refuse_hexahedra(mesh.hierarchy, fmt::format("mesh.refine = {}", mesh.refine));
     const std::size_t enough = min_tets_per_rank * static_cast<std::size_t>(ranks);
-    while (mesh.refine > 0 && mesh.hierarchy.levels.front().tets.size() < enough) {
-        mesh.hierarchy = with_refined_levels(std::move(mesh.hierarchy), 1);
-        --mesh.refine;
-    }
+    const bool has_rows =
+        ending(scene.mesh.file) == ".h5" && scene.mesh.levels <= 1 && scene.cuts.empty();
+    if (!has_rows) return deal_out(comm, scene, progress, enough);
+    refuse_idle_keys(scene.mesh);
+    SceneMesh mesh(read_hierarchy_rows(comm, scene.mesh.file), scene.mesh.refine);
+    if (mesh.refine > 0 && mesh.rows.sizes.front().tets < enough)
+        return deal_out(comm, scene, progress, enough);
     return mesh;
 }
 
-TetMesh finest_mesh(const Scene& scene, const SceneMesh& mesh) {
-    MeshHierarchy finest{{mesh.hierarchy.levels.front()}, {}, {}};
-    finest = with_refined_levels(std::move(finest), mesh.refine);
-    if (scene.elements == Elements::p2) return quadratic_mesh(finest.levels.front());
-    return std::move(finest.levels.front());
+TetMesh finest_mesh(const Scene& scene) {
+    TetMesh finest = std::move(load_mesh(scene, {}).levels.front());
+    return scene.elements == Elements::p2 ? quadratic_mesh(finest) : finest;
 }
 
 void refuse_hexahedra(const MeshHierarchy& hierarchy, const std::string& what) {
@@ -149,14 +170,23 @@ ElasticModel elastic_model(const Scene& scene) {
     return {scene.materials, scene.strain, scene.formulation, has_graded_patches};
 }
 
-SolverOptions solver_options(const Scene& scene, const MeshHierarchy& hierarchy, Use use) {
+namespace {
+
+/// The solver of a scene whose mesh has so many levels, to be solved to a tolerance.
+SolverOptions solver_of_levels(const Scene& scene, std::size_t levels) {
     SolverOptions options = scene.solver;
-    if (use == Use::track && options.kind == SolverKind::automatic &&
+    if (scene.mesh.levels > 1 && levels == 1 && options.kind == SolverKind::multigrid)
+        options.kind = SolverKind::automatic;  // load_mesh noted why there are no levels
+    return options;
+}
+
+}  // namespace
+
+SolverOptions solver_options(const Scene& scene, const MeshHierarchy& hierarchy, Use use) {
+    SolverOptions options = solver_of_levels(scene, hierarchy.levels.size());
+    if (use == Use::track && scene.solver.kind == SolverKind::automatic &&
         why_not_live(elastic_model(scene), hierarchy).empty())
         options.kind = SolverKind::live;
-    if (scene.mesh.levels > 1 && hierarchy.levels.size() == 1 &&
-        options.kind == SolverKind::multigrid)
-        options.kind = SolverKind::automatic;  // load_mesh noted why there are no levels
     return options;
 }
 
@@ -169,17 +199,11 @@ void give_back_memory() {
 #endif
 }
 
-/// Throws Error if a body of hexahedra is asked for what only tetrahedra do.
-void check_hexahedra_can(MPI_Comm comm, const Scene& scene, const MeshHierarchy& hierarchy) {
-    int ranks = 1;
-    MPI_Comm_size(comm, &ranks);
-    if (scene.elements == Elements::p2) refuse_hexahedra(hierarchy, "elements = P2");
-    if (ranks > 1) refuse_hexahedra(hierarchy, fmt::format("{} ranks", ranks));
-}
-
-/// Throws Error unless there is exactly one material for each region of the mesh, which is whole,
-/// so that all ranks throw together.
-void check_materials(const Scene& scene, const TetMesh& mesh) {
+/// Throws Error unless there is exactly one material for each region that the mesh has on any rank.
+void check_materials(MPI_Comm comm, const Scene& scene, const std::vector<std::int32_t>& regions) {
+    std::set<std::int32_t> all(regions.begin(), regions.end());
+    const auto found = of_all_ranks(comm, std::vector<std::int32_t>(all.begin(), all.end()));
+    all.insert(found.begin(), found.end());
     for (std::size_t i = 0; i < scene.materials.size(); ++i) {
         const int region = scene.materials[i].region;
         for (std::size_t j = 0; j < i; ++j)
@@ -188,14 +212,11 @@ void check_materials(const Scene& scene, const TetMesh& mesh) {
                     "materials[{}].region = {} is materials[{}]'s too, expected one material for "
                     "each region",
                     i, region, j);
-        const auto& regions = mesh.regions;
-        if (region != 0 && std::find(regions.begin(), regions.end(), region) == regions.end())
+        if (region != 0 && !all.contains(region))
             fail("materials[{}].region = {}: the mesh has no tet of that region", i, region);
     }
-    for (const int region : mesh.regions.empty()
-                                ? std::set<int>{0}
-                                : std::set<int>(mesh.regions.begin(), mesh.regions.end()))
-        (void)material_of(scene.materials, region);
+    if (all.empty()) all.insert(0);
+    for (const int region : all) (void)material_of(scene.materials, region);
 }
 
 /// Frees all levels but the finest; their number stays.
@@ -215,66 +236,87 @@ namespace {
 
 /// The levels of several ranks: those of the hierarchy are partitioned, finer ones are made by each
 /// rank from its own part.
-DistributedHierarchy distribute(MPI_Comm comm, const Scene& scene, const MeshHierarchy& hierarchy,
-                                int refine, double& partition_s) {
+DistributedHierarchy distribute(MPI_Comm comm, const Scene& scene, SceneMesh mesh,
+                                double& partition_s) {
     const auto start = std::chrono::steady_clock::now();
-    const auto parts = partition_levels(comm, hierarchy, scene.solver.partitioner);
+    const auto parts = partition_levels(comm, mesh.rows, scene.solver.partitioner);
     partition_s = seconds_since(start);
-    DistributedHierarchy levels{comm, hierarchy, parts};
-    for (int i = 0; i < refine; ++i) levels.add_refined();
+    DistributedHierarchy levels{comm, mesh.rows, parts};
+    mesh.rows = {};
+    for (int i = 0; i < mesh.refine; ++i) levels.add_refined();
     if (scene.elements == Elements::p2) levels.add_quadratic();
     return levels;
 }
 
-/// This rank's part of the finest mesh, with its sets, in place of the whole hierarchy. The number
-/// of levels stays.
-void keep_part(DistributedHierarchy& levels, MeshHierarchy& hierarchy) {
-    hierarchy.levels.assign(levels.levels.size(), {});
-    hierarchy.transfers = {};
-    hierarchy.parents = {};
-    TetMesh& mesh = hierarchy.levels.front() = local_mesh(levels.levels.front().share);
+/// A hierarchy of as many levels as `levels` has, of which the finest is this rank's part, with its
+/// sets, and the others are empty.
+MeshHierarchy part_of(DistributedHierarchy& levels) {
+    MeshHierarchy part;
+    part.levels.resize(levels.levels.size());
+    TetMesh& mesh = part.levels.front() = local_mesh(levels.levels.front().share);
     mesh.node_sets = std::move(levels.sets.nodes);
     mesh.triangle_sets = std::move(levels.sets.triangles);
+    return part;
+}
+
+bool takes_levels(const SolverOptions& options, std::size_t levels) {
+    const SolverKind kind = resolved_kind(options.kind, levels);
+    return kind == SolverKind::multigrid || kind == SolverKind::live;
+}
+
+/// A mesh that is taken apart for its ranks, and the options of the solver that takes it.
+struct TakenMesh {
+    DistributedHierarchy levels;
+    SolverOptions options;
+};
+
+/// Of one rank: `hierarchy`, to which the levels refer, gets ten-node tets, and loses the coarser
+/// levels that the solver does not take.
+TakenMesh take_whole(MPI_Comm comm, const Scene& scene, Use use, MeshHierarchy& hierarchy) {
+    if (scene.elements == Elements::p2) {
+        refuse_hexahedra(hierarchy, "elements = P2");
+        hierarchy = with_quadratic_level(std::move(hierarchy));
+    }
+    const SolverOptions options = solver_options(scene, hierarchy, use);
+    if (!takes_levels(options, hierarchy.levels.size())) {
+        hierarchy.levels.resize(1);
+        hierarchy.transfers.clear();
+    }
+    hierarchy.parents.clear();
+    return {DistributedHierarchy{comm, hierarchy}, options};
+}
+
+/// Of several: `hierarchy` gets this rank's part.
+TakenMesh take_rows(MPI_Comm comm, const Scene& scene, SceneMesh mesh, SceneBody& body) {
+    DistributedHierarchy levels = distribute(comm, scene, std::move(mesh), body.partition_s);
+    const SolverOptions options = solver_of_levels(scene, levels.levels.size());
+    if (!takes_levels(options, levels.levels.size())) levels.drop_coarser();
+    body.hierarchy = part_of(levels);
     give_back_memory();
+    return {std::move(levels), options};
 }
 
 }  // namespace
 
 SceneBody make_body(MPI_Comm comm, const Scene& scene, SceneMesh mesh, Use use,
                     const MeshWork& with_mesh) {
-    check_hexahedra_can(comm, scene, mesh.hierarchy);
-    check_materials(scene, mesh.hierarchy.levels.front());
-    SceneBody body{std::move(mesh.hierarchy), nullptr};
-    MeshHierarchy& used = body.hierarchy;
     int ranks = 1;
     MPI_Comm_size(comm, &ranks);
-    const bool is_quadratic = scene.elements == Elements::p2;
-    if (ranks == 1) {
-        used = with_refined_levels(std::move(used), mesh.refine);
-        if (is_quadratic) used = with_quadratic_level(std::move(used));
-    }
-    const SolverOptions options = solver_options(scene, used, use);
-    const std::size_t of_ranks = ranks == 1 ? 0 : mesh.refine + (is_quadratic ? 1 : 0);
-    const SolverKind kind = resolved_kind(options.kind, used.levels.size() + of_ranks);
-    const bool takes_levels = kind == SolverKind::multigrid || kind == SolverKind::live;
-    if (!takes_levels) {
-        used.levels.resize(1);
-        used.transfers.clear();
-        used.parents.clear();
-    }
+    const bool is_shared = ranks > 1;
+    const MeshHierarchy& read = is_shared ? mesh.rows.rows : mesh.whole;
+    check_materials(comm, scene, read.levels.front().regions);
+    SceneBody body;
+    if (!is_shared) body.hierarchy = std::move(mesh.whole);
+    TakenMesh taken = is_shared ? take_rows(comm, scene, std::move(mesh), body)
+                                : take_whole(comm, scene, use, body.hierarchy);
     ElasticModel model = elastic_model(scene);
     if (use != Use::track) model.has_graded_patches = false;  // no frame moves them
-    DistributedHierarchy levels =
-        ranks == 1 ? DistributedHierarchy{comm, used}
-                   : distribute(comm, scene, used, mesh.refine, body.partition_s);
-    if (!takes_levels) levels.drop_coarser();
-    used.parents.clear();  // used for the partition only
-    if (ranks > 1) keep_part(levels, used);
-    if (with_mesh) with_mesh(used.levels.front(), levels);
-    body.body = std::make_unique<DeformableBody>(std::move(levels), model, scene.time, options);
+    if (with_mesh) with_mesh(body.mesh(), taken.levels);
+    body.body =
+        std::make_unique<DeformableBody>(std::move(taken.levels), model, scene.time, taken.options);
     if (body.body->linear_solver().kind() != SolverKind::live)
-        drop_coarser_meshes(used);  // the body has its own part of them
-    if (ranks > 1) give_back_memory();
+        drop_coarser_meshes(body.hierarchy);  // the body has its own part of them
+    if (is_shared) give_back_memory();
     return body;
 }
 

@@ -9,6 +9,7 @@
 #include "apps/scene/scene.hpp"
 #include "apps/scene/scene_constraints.hpp"
 #include "base/progress.hpp"
+#include "mesh/hierarchy_rows.hpp"
 #include "solvers/nonlinear/deformable_body.hpp"
 
 namespace livetet {
@@ -22,20 +23,25 @@ MeshHierarchy load_mesh(const Scene& scene, const ProgressCallback& progress);
 MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progress,
                         const SceneGrading& grading);
 
-/// A hierarchy, and what of its refinement is left to the ranks.
+/// A scene's mesh hierarchy: whole on one rank; on several each has its rows, and refines its own
+/// part of the finest level later.
 struct SceneMesh {
     SceneMesh() = default;
-    SceneMesh(MeshHierarchy loaded) : hierarchy(std::move(loaded)) {}  // NOLINT: implicit
-    MeshHierarchy hierarchy;
-    int refine = 0;  ///< how often its finest level is to be refined
+    SceneMesh(MeshHierarchy whole) : whole(std::move(whole)) {}  // NOLINT: implicit
+    SceneMesh(HierarchyRows rows, int refine) : rows(std::move(rows)), refine(refine) {}
+
+    MeshHierarchy whole;  ///< on one rank
+    HierarchyRows rows;   ///< on several
+    int refine = 0;       ///< on several: how often the finest level is to be refined
 };
 
-/// As load_mesh. On several ranks the mesh is refined on all of them only until there are tets for
-/// each (min_tets_per_rank). Collective.
+/// As load_mesh. Several ranks read their rows of an .h5 file. The first one reads a file of
+/// another kind, or one of so few tets that they must be refined before there are enough for each
+/// rank (min_tets_per_rank), and gives each its rows. Collective.
 SceneMesh load_mesh_for(MPI_Comm comm, const Scene& scene, const ProgressCallback& progress);
 
-/// The whole finest mesh of a scene's body, with the refinements that are left to the ranks.
-TetMesh finest_mesh(const Scene& scene, const SceneMesh& mesh);
+/// The whole finest mesh of a scene's body. For meshes that fit on one rank.
+TetMesh finest_mesh(const Scene& scene);
 
 /// Throws Error, naming what was asked for, if the mesh is a grid of hexahedra.
 void refuse_hexahedra(const MeshHierarchy& hierarchy, const std::string& what);

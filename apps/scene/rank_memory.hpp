@@ -16,7 +16,7 @@ constexpr std::size_t worthwhile_tets_a_rank = 5000;
 struct LevelSize {
     std::size_t tets = 0, nodes = 0;
     double bytes = 0;       ///< operator, elements, vectors: what ranks share
-    double mesh_bytes = 0;  ///< the whole mesh with its transfer
+    double mesh_bytes = 0;  ///< the mesh with its transfer
 };
 
 /// The size of a level, its memory estimated from the numbers of its blocks, tets and nodes;
@@ -26,8 +26,8 @@ LevelSize size_of_level(const TetMesh& mesh, bool has_matrix);
 /// The largest rank's memory in `solve`, bytes, estimated.
 struct RankMemory {
     double own = 0;  ///< its share of the levels, with the nodes and tets that it shares
-    /// What the whole mesh adds to the peak: several ranks hold it before they have most of their
-    /// own, and one rank to the end.
+    /// What the mesh as it was read adds to the peak: of several ranks the first partitions it, by
+    /// METIS, before it has most of its own; one rank keeps it to the end.
     double whole = 0;
     double program = 0;  ///< what the program takes for nothing
     double sum() const { return own + whole + program; }

@@ -3,24 +3,30 @@
 #include <algorithm>
 #include <map>
 #include <numeric>
+#include <set>
+
+#include "base/disjoint_sets.hpp"
+#include "solvers/parallel/exchange.hpp"
 
 namespace livetet {
 
-std::vector<std::int32_t> pieces_joined_by(const TetMesh& fine, const LevelPieces& coarse,
-                                           const BarycentricMap& fine_in_coarse) {
-    std::vector<std::int32_t> wholes(coarse.all.size());
-    std::iota(wholes.begin(), wholes.end(), 0);
-    const auto whole_of = [&](std::int32_t p) {
-        while (wholes[p] != p) p = wholes[p];
-        return p;
-    };
-    const std::vector<std::int32_t> fine_piece_of = connected_pieces(fine);
-    for (std::size_t i = 0; i < fine_in_coarse.size(); ++i) {
-        const std::int32_t a = whole_of(coarse.of_node[fine_in_coarse.nodes[i][0]]),
-                           b = whole_of(coarse.of_node[fine_in_coarse.nodes[fine_piece_of[i]][0]]);
-        wholes[std::max(a, b)] = std::min(a, b);
+std::vector<std::int32_t> pieces_joined_by(MPI_Comm comm, const LevelPieces& fine,
+                                           const LevelPieces& coarse, const TransferRows& rows) {
+    using Pair = std::array<std::int32_t, 2>;  // pieces, fine and coarse, that share a place
+    const auto coarse_piece_of = rows.to_columns<std::int32_t>(coarse.of_node);
+    std::set<Pair> here;
+    for (std::size_t i = 0; i < fine.of_node.size(); ++i)
+        here.insert({fine.of_node[i], coarse_piece_of[rows.map().nodes[i][0]]});
+    const std::vector<Pair> all = of_all_ranks(comm, std::vector<Pair>(here.begin(), here.end()));
+    std::vector<std::int32_t> first(fine.all.size(), -1);  // a coarse piece of each fine one
+    DisjointSets sets(coarse.all.size());
+    for (const auto& [of_fine, of_coarse] : all) {
+        if (first[of_fine] < 0) first[of_fine] = of_coarse;
+        sets.join(first[of_fine], of_coarse);
     }
-    for (std::int32_t& whole : wholes) whole = whole_of(whole);
+    std::vector<std::int32_t> wholes;
+    for (std::size_t p = 0; p < coarse.all.size(); ++p)
+        wholes.push_back(sets.find(static_cast<std::int32_t>(p)));
     return wholes;
 }
 

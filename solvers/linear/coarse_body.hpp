@@ -43,9 +43,9 @@ class CoarseBody {
     std::vector<std::vector<std::int32_t>> corners_;  ///< of a tet of each piece: own nodes
 };
 
-/// For each piece of a coarse mesh the lowest of those that hang together in the fine one.
-/// `coarse`: of the whole mesh; `fine_in_coarse` places the nodes of the fine one in it.
-std::vector<std::int32_t> pieces_joined_by(const TetMesh& fine, const LevelPieces& coarse,
-                                           const BarycentricMap& fine_in_coarse);
+/// For each piece of a coarse mesh the lowest of those that hang together in the fine one, whose
+/// nodes `rows` places in the coarse one; of both the rank's own nodes. Collective.
+std::vector<std::int32_t> pieces_joined_by(MPI_Comm comm, const LevelPieces& fine,
+                                           const LevelPieces& coarse, const TransferRows& rows);
 
 }  // namespace livetet

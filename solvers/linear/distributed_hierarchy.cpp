@@ -5,6 +5,7 @@
 #include "base/error.hpp"
 #include "mesh/refine.hpp"
 #include "solvers/linear/transfer.hpp"
+#include "solvers/parallel/mesh_distribution.hpp"
 
 namespace livetet {
 
@@ -16,9 +17,15 @@ int rank_count(MPI_Comm comm) {
     return ranks;
 }
 
+void check_petsc_runs() {
+    PetscBool runs = PETSC_FALSE;
+    LIVETET_PETSC(PetscInitialized(&runs));
+    if (!runs)
+        fail("a DeformableBody needs PETSc: found no PetscSession, expected one made before");
+}
+
 void check_parts(int ranks, const std::vector<TetMesh>& levels,
                  std::span<const std::vector<std::int32_t>> all_parts) {
-    if (ranks == 1) return;
     if (all_parts.size() != levels.size())
         fail(
             "mesh hierarchy: found parts of {} levels on {} ranks, expected those of {} levels "
@@ -41,55 +48,86 @@ void check_parts(int ranks, const std::vector<TetMesh>& levels,
 DistributedHierarchy::DistributedHierarchy(MPI_Comm comm, const MeshHierarchy& hierarchy,
                                            std::span<const std::vector<std::int32_t>> parts)
     : comm(comm) {
-    PetscBool runs = PETSC_FALSE;
-    LIVETET_PETSC(PetscInitialized(&runs));
-    if (!runs)
-        fail("a DeformableBody needs PETSc: found no PetscSession, expected one made before");
+    check_petsc_runs();
     check_hierarchy(hierarchy);
-    check_parts(rank_count(comm), hierarchy.levels, parts);
-    take(hierarchy, parts);
+    const int ranks = rank_count(comm);
+    if (ranks == 1) {
+        take_whole(hierarchy);
+        return;
+    }
+    check_parts(ranks, hierarchy.levels, parts);
+    int rank = 0;
+    MPI_Comm_rank(comm, &rank);
+    std::vector<std::vector<std::int32_t>> of_rows;
+    for (const std::vector<std::int32_t>& of_level : parts)
+        of_rows.push_back(rows_of_table(std::span(of_level), static_cast<std::size_t>(rank),
+                                        static_cast<std::size_t>(ranks)));
+    take_rows(rows_of(comm, hierarchy), of_rows);
+}
+
+DistributedHierarchy::DistributedHierarchy(MPI_Comm comm, const HierarchyRows& hierarchy,
+                                           std::span<const std::vector<std::int32_t>> parts)
+    : comm(comm) {
+    check_petsc_runs();
+    if (rank_count(comm) == 1) fail("mesh hierarchy: found rows of one rank, expected several");
+    take_rows(hierarchy, parts);
 }
 
 DistributedHierarchy DistributedHierarchy::of_grid(MPI_Comm comm, const MeshHierarchy& levels) {
     DistributedHierarchy grid(comm);
-    grid.take(levels, {});
+    grid.take_whole(levels);
     return grid;
 }
 
-void DistributedHierarchy::take(const MeshHierarchy& hierarchy,
-                                std::span<const std::vector<std::int32_t>> parts) {
-    if (rank_count(comm) == 1) whole = &hierarchy;
+void DistributedHierarchy::take_whole(const MeshHierarchy& hierarchy) {
+    whole = &hierarchy;
     tets = hierarchy.levels.front().tets.size();
-    std::vector<double> of_nodes;  // volume at each node of the level before, m^3
-    for (std::size_t l = 0; l < hierarchy.levels.size(); ++l) {
-        const TetMesh& mesh = hierarchy.levels[l];
-        std::vector<double> volumes;  // of the tets; of the finest level their own
-        if (mesh.hexahedra.empty()) {
-            if (l > 0) volumes = carried_volumes(of_nodes, hierarchy.transfers[l - 1], mesh);
-            if (l + 1 < hierarchy.levels.size())
-                of_nodes = l == 0 ? nodal_volumes(mesh) : nodal_volumes(mesh, volumes);
-        }
+    std::vector<LevelPieces> of_levels;
+    for (const TetMesh& mesh : hierarchy.levels) {
         Level& level = levels.emplace_back();
         const HeapMeter meter(&level.cost);
-        level.share =
-            distribute_mesh(comm, mesh, parts.empty() ? std::span<const std::int32_t>{} : parts[l]);
-        if (!volumes.empty())
-            for (const std::int32_t e : level.share.tet_ids)
-                level.share.volumes.push_back(volumes[e]);
+        level.share = distribute_mesh(comm, mesh, {});
+        of_levels.push_back(level_pieces(mesh));
     }
-    const PartitionedMesh& finest = levels.front().share;
-    pieces = of_own_nodes(level_pieces(hierarchy.levels.front()), finest);
-    if (finest.ranks > 1) sets = local_sets(hierarchy.levels.front(), finest);
+    connect(std::move(of_levels), hierarchy.transfers);
+}
+
+void DistributedHierarchy::take_rows(const HierarchyRows& hierarchy,
+                                     std::span<const std::vector<std::int32_t>> parts) {
+    const MeshHierarchy& rows = hierarchy.rows;
+    tets = hierarchy.sizes.front().tets;
+    std::vector<LevelPieces> of_levels;
+    for (std::size_t l = 0; l < rows.levels.size(); ++l) {
+        if (l > 0) check_finer(hierarchy.sizes[l - 1].tets, hierarchy.sizes[l].tets, l);
+        Level& level = levels.emplace_back();
+        const HeapMeter meter(&level.cost);
+        level.share = distribute_rows(comm, rows.levels[l], hierarchy.sizes[l], parts[l],
+                                      fmt::format("mesh hierarchy, level {}", l));
+        of_levels.push_back(level_pieces(level.share));
+    }
+    sets = local_sets(rows.levels.front(), levels.front().share);
+    std::vector<BarycentricMap> transfers;
+    for (std::size_t l = 0; l < rows.transfers.size(); ++l)
+        transfers.push_back(own_rows(levels[l].share, rows.transfers[l]));
+    connect(std::move(of_levels), transfers);
+}
+
+/// Transfers and volumes between levels. `transfers`: of each rank's own nodes.
+void DistributedHierarchy::connect(std::vector<LevelPieces> of_levels,
+                                   std::span<const BarycentricMap> transfers) {
     const HeapMeter meter(&cost_of_between);
     for (std::size_t l = 0; l + 1 < levels.size(); ++l) {
-        const PartitionedMesh& share = levels[l + 1].share;
-        LevelPieces coarse = level_pieces(hierarchy.levels[l + 1]);
+        const PartitionedMesh& fine = levels[l].share;
+        PartitionedMesh& coarse = levels[l + 1].share;
+        TransferRows rows(coarse, transfers[l]);
+        if (coarse.hexahedra.empty())
+            coarse.volumes = carried_volumes(nodal_volumes(fine), rows, coarse);
         std::vector<std::int32_t> wholes =
-            pieces_joined_by(hierarchy.levels[l], coarse, hierarchy.transfers[l]);
+            pieces_joined_by(comm, of_levels[l], of_levels[l + 1], rows);
         between.push_back(
-            {TransferRows(levels[l].share, share, hierarchy.transfers[l]),
-             CoarseBody(of_own_nodes(std::move(coarse), share), std::move(wholes), share)});
+            {std::move(rows), CoarseBody(of_levels[l + 1], std::move(wholes), coarse)});
     }
+    pieces = std::move(of_levels.front());
 }
 
 void DistributedHierarchy::add_refined() {
@@ -115,7 +153,7 @@ void DistributedHierarchy::add(FinerShare (*finer_of)(const PartitionedMesh&, co
     }
     const HeapMeter meter(&cost_of_between);
     LevelPieces of_finer = pieces_of_finer(pieces, level.share, in_coarse, tets_of_one);
-    between.insert(between.begin(), Between{TransferRows(coarse, std::move(in_coarse)),
+    between.insert(between.begin(), Between{TransferRows::of_local(coarse, std::move(in_coarse)),
                                             CoarseBody(std::move(pieces), {}, coarse)});
     pieces = std::move(of_finer);
     tets *= static_cast<std::size_t>(tets_of_one);

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "config/fields.hpp"
-#include "solvers/parallel/partition.hpp"
+#include "solvers/parallel/partitioner.hpp"
 
 namespace livetet {
 
@@ -47,8 +47,8 @@ struct SolverOptions {
     int max_newton = 50;                   ///< of a scene: a body's is SolveControls::max_newton
     std::optional<double> time_limit_s{};  ///< of a scene: see SolveControls::is_time_up
     TangentChoice tangent = TangentChoice::automatic;
-    Partitioner partitioner = Partitioner::metis;  ///< of a scene: see partition_levels
-    std::string petsc_options{};                   ///< of a scene: see PetscSession::add_options
+    Partitioner partitioner = Partitioner::automatic;  ///< of a scene: see partition_levels
+    std::string petsc_options{};  ///< of a scene: see PetscSession::add_options
 };
 
 template <class Visitor>
@@ -113,9 +113,11 @@ void visit_fields(Visitor& v, SolverOptions& s) {
          {TangentChoice::exact, "exact",
           "with the rotation's derivative; its positive part wherever the whole is not positive"}});
     v.choice("partitioner", s.partitioner, "library that partitions the mesh",
-             {{Partitioner::metis, "metis", "METIS, on one rank"},
+             {{Partitioner::automatic, "automatic",
+               "METIS for up to 100,000 tets of the file, else PTScotch"},
+              {Partitioner::metis, "metis", "METIS, on one rank, which has all tets for that"},
               {Partitioner::ptscotch, "ptscotch",
-               "PTScotch, on all ranks: for meshes that METIS takes too long for"}});
+               "PTScotch, on all ranks, of which none has all tets"}});
     v.field("petsc_options", s.petsc_options, "",
             "PETSc options; those on the command line take precedence");
 }

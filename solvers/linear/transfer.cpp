@@ -7,44 +7,59 @@ namespace livetet {
 namespace {
 
 template <class VolumeOf>
-std::vector<double> sums_at_nodes(const TetMesh& mesh, VolumeOf&& volume_of) {
-    std::vector<double> of_node(mesh.nodes.size(), 0);
-    for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
+std::vector<double> sums_at_nodes(std::size_t nodes, std::span<const Tet> tets,
+                                  VolumeOf&& volume_of) {
+    std::vector<double> of_node(nodes, 0);
+    for (std::size_t e = 0; e < tets.size(); ++e) {
         const double quarter = volume_of(e) / 4;
-        for (const std::int32_t n : mesh.tets[e]) of_node[n] += quarter;
+        for (const std::int32_t n : tets[e]) of_node[n] += quarter;
     }
     return of_node;
+}
+
+/// Without those of ghosts, around which other ranks have tets.
+std::vector<double> at_own_nodes(const PartitionedMesh& share, std::span<const double> volumes) {
+    std::vector<double> sums =
+        sums_at_nodes(share.nodes.size(), share.tets, [&](std::size_t e) { return volumes[e]; });
+    sums.resize(static_cast<std::size_t>(share.owned));
+    return sums;
+}
+
+std::vector<double> tet_volumes(const PartitionedMesh& share) {
+    std::vector<double> volumes;
+    volumes.reserve(share.tets.size());
+    for (const Tet& t : share.tets) volumes.push_back(signed_volume(share.rest, t));
+    return volumes;
 }
 
 }  // namespace
 
 std::vector<double> nodal_volumes(const TetMesh& mesh) {
-    return sums_at_nodes(mesh, [&](std::size_t e) { return signed_volume(mesh, mesh.tets[e]); });
+    return sums_at_nodes(mesh.nodes.size(), mesh.tets,
+                         [&](std::size_t e) { return signed_volume(mesh, mesh.tets[e]); });
 }
 
-std::vector<double> nodal_volumes(const TetMesh& mesh, std::span<const double> of_tets) {
-    return sums_at_nodes(mesh, [&](std::size_t e) { return of_tets[e]; });
+std::vector<double> nodal_volumes(const PartitionedMesh& share) {
+    return at_own_nodes(share, share.volumes.empty() ? tet_volumes(share) : share.volumes);
 }
 
-std::vector<double> tet_volumes(const TetMesh& mesh) {
-    std::vector<double> volumes;
-    volumes.reserve(mesh.tets.size());
-    for (const Tet& t : mesh.tets) volumes.push_back(signed_volume(mesh, t));
-    return volumes;
-}
-
-std::vector<double> carried_volumes(std::span<const double> of_fine_nodes,
-                                    const BarycentricMap& fine_in_coarse, const TetMesh& coarse) {
-    std::vector<double> volumes = tet_volumes(coarse);
-    const std::vector<double> own = nodal_volumes(coarse, volumes);
-    std::vector<double> carried(coarse.nodes.size(), 0);
+std::vector<double> carried_volumes(std::span<const double> of_fine_nodes, const TransferRows& rows,
+                                    const PartitionedMesh& coarse) {
+    const BarycentricMap& map = rows.map();
+    std::vector<double> carried(rows.columns(), 0);
     for (std::size_t i = 0; i < of_fine_nodes.size(); ++i)
         for (int k = 0; k < 4; ++k)
-            carried[fine_in_coarse.nodes[i][k]] += fine_in_coarse.weights[i][k] * of_fine_nodes[i];
+            carried[map.nodes[i][k]] += map.weights[i][k] * of_fine_nodes[i];
+    carried = rows.sum_to_owners(std::move(carried), 1);
+
+    std::vector<double> volumes = tet_volumes(coarse), ratios;
+    const std::vector<double> own = at_own_nodes(coarse, volumes);
+    for (std::size_t n = 0; n < own.size(); ++n)
+        ratios.push_back(std::clamp(carried[n] / own[n], 0.1, 10.0));
+    ratios = with_ghosts<double>(coarse, ratios);
     for (std::size_t e = 0; e < volumes.size(); ++e) {
         double ratio = 0;
-        for (const std::int32_t n : coarse.tets[e])
-            ratio += std::clamp(carried[n] / own[n], 0.1, 10.0) / 4;
+        for (const std::int32_t n : coarse.tets[e]) ratio += ratios[n] / 4;
         volumes[e] *= ratio;
     }
     return volumes;

@@ -10,19 +10,19 @@
 
 namespace livetet {
 
-/// Of each tet, m^3.
-std::vector<double> tet_volumes(const TetMesh& mesh);
-
-/// A quarter of each tet's volume at each of its corners, m^3: of the tets' own volumes, or of
-/// those given.
+/// A quarter of each tet's volume at each of its corners, m^3.
 std::vector<double> nodal_volumes(const TetMesh& mesh);
-std::vector<double> nodal_volumes(const TetMesh& mesh, std::span<const double> of_tets);
 
-/// The volume of fine tets that each coarse tet stands for, m^3: its own, scaled by the ratio of
-/// the fine volume that is restricted to its nodes to their own. The stiffness of thin rims outside
-/// of the coarse mesh is not lost that way. `of_fine_nodes`: nodal_volumes of the fine mesh.
-std::vector<double> carried_volumes(std::span<const double> of_fine_nodes,
-                                    const BarycentricMap& fine_in_coarse, const TetMesh& coarse);
+/// The same at the nodes that the rank owns, of the volumes that local tets have: their own, or
+/// `share.volumes`.
+std::vector<double> nodal_volumes(const PartitionedMesh& share);
+
+/// The volume of fine tets that each local coarse tet stands for, m^3: its own, scaled by the ratio
+/// of the fine volume that is restricted to its nodes to their own. The stiffness of thin rims
+/// outside of the coarse mesh is not lost that way. `of_fine_nodes`: nodal_volumes of the fine
+/// share. Collective.
+std::vector<double> carried_volumes(std::span<const double> of_fine_nodes, const TransferRows& rows,
+                                    const PartitionedMesh& coarse);
 
 /// Interpolation between two levels, three components a node, as PETSc matrices.
 class Transfer {

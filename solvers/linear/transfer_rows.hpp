@@ -12,12 +12,11 @@ namespace livetet {
 /// owns. Their columns are the coarse nodes that they take values from, of this rank and of others.
 class TransferRows {
   public:
-    /// `fine_in_coarse` places every node of the whole fine mesh in the whole coarse one. On one
-    /// rank it must outlive this; on several a copy of the rank's rows is kept. Collective.
-    TransferRows(const PartitionedMesh& fine, const PartitionedMesh& coarse,
-                 const BarycentricMap& fine_in_coarse);
-    /// `own`: the rank's rows, in the coarse share's local nodes. On several ranks; collective.
-    TransferRows(const PartitionedMesh& coarse, BarycentricMap own);
+    /// `fine_in_coarse` places the fine nodes that the rank owns in the whole coarse mesh, by its
+    /// nodes' numbers. On one rank it must outlive this; on several a copy is kept. Collective.
+    TransferRows(const PartitionedMesh& coarse, const BarycentricMap& fine_in_coarse);
+    /// On several ranks, by the coarse share's local nodes. Collective.
+    static TransferRows of_local(const PartitionedMesh& coarse, BarycentricMap fine_in_coarse);
 
     /// Row i is that of the fine share's node i; the nodes in it are columns.
     const BarycentricMap& map() const { return mine_ ? *mine_ : *whole_; }
@@ -39,8 +38,9 @@ class TransferRows {
     }
 
   private:
-    const BarycentricMap* whole_;         ///< on one rank, where columns are the coarse nodes
-    std::optional<BarycentricMap> mine_;  ///< on several
+    TransferRows() = default;
+    const BarycentricMap* whole_ = nullptr;  ///< on one rank, where columns are the coarse nodes
+    std::optional<BarycentricMap> mine_;     ///< on several
     std::optional<SharedRows> shared_;
     std::vector<PetscInt> numbers_;
     std::size_t columns_ = 0;

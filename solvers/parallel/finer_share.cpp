@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <set>
 #include <utility>
 
 #include "base/error.hpp"
@@ -10,57 +9,6 @@
 #include "solvers/parallel/shared_edges.hpp"
 
 namespace livetet {
-
-namespace {
-
-void check_faces(const TetMesh& mesh, const std::string& name,
-                 const std::vector<Triangle>& triangles) {
-    std::vector<bool> is_corner(mesh.nodes.size(), false);
-    std::set<Triangle> wanted;
-    const auto sorted = [](Triangle t) {
-        std::ranges::sort(t);
-        return t;
-    };
-    for (const Triangle& t : triangles) {
-        wanted.insert(sorted(t));
-        for (const std::int32_t n : t) is_corner[n] = true;
-    }
-    for (const Tet& t : mesh.tets) {
-        if (std::ranges::count_if(t, [&](std::int32_t n) { return is_corner[n]; }) < 3) continue;
-        for (int i = 0; i < 4; ++i)  // the face opposite to corner i
-            wanted.erase(sorted({t[(i + 1) % 4], t[(i + 2) % 4], t[(i + 3) % 4]}));
-    }
-    if (wanted.empty()) return;
-    const Triangle& t = *wanted.begin();
-    fail("set {}: found a triangle {}, {}, {}, expected faces of the mesh's tets", name, t[0], t[1],
-         t[2]);
-}
-
-}  // namespace
-
-LocalSets local_sets(const TetMesh& whole, const PartitionedMesh& share) {
-    std::vector<std::int32_t> local_of(whole.nodes.size(), -1);
-    for (std::size_t i = 0; i < share.nodes.size(); ++i)
-        local_of[share.nodes[i]] = static_cast<std::int32_t>(i);
-    LocalSets sets;
-    for (const auto& [name, nodes] : whole.node_sets) {
-        std::vector<std::int32_t>& set = sets.nodes[name];
-        for (const std::int32_t n : nodes)
-            if (local_of[n] >= 0) set.push_back(local_of[n]);
-        std::sort(set.begin(), set.end());
-    }
-    for (const auto& [name, triangles] : whole.triangle_sets) {
-        check_faces(whole, name, triangles);
-        std::vector<Triangle>& set = sets.triangles[name];
-        for (const Triangle& t : triangles) {
-            const Triangle local{local_of[t[0]], local_of[t[1]], local_of[t[2]]};
-            if (std::ranges::any_of(local,
-                                    [&](std::int32_t n) { return n >= 0 && n < share.owned; }))
-                set.push_back(local);
-        }
-    }
-    return sets;
-}
 
 namespace {
 

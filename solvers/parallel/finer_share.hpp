@@ -1,24 +1,10 @@
 #pragma once
 
-#include <map>
-#include <string>
-#include <vector>
-
 #include "mesh/barycentric_map.hpp"
+#include "solvers/parallel/local_sets.hpp"
 #include "solvers/parallel/partitioned_mesh.hpp"
 
 namespace livetet {
-
-/// The named sets of a mesh, as far as a rank has their nodes, in its local ones: node sets sorted,
-/// triangles those with a node that the rank owns. All ranks have all names.
-struct LocalSets {
-    std::map<std::string, std::vector<std::int32_t>> nodes;
-    std::map<std::string, std::vector<Triangle>> triangles;
-};
-
-/// Those of the whole mesh. Throws Error, on every rank alike, if a set has a triangle that is no
-/// face of the mesh: no rank would be sure to have its edges.
-LocalSets local_sets(const TetMesh& whole, const PartitionedMesh& share);
 
 /// A rank's share of a mesh that is made from a coarser one, each rank from its own share of that:
 /// nodes, tets and sets have the numbers that with_refined_levels and quadratic_mesh give those of

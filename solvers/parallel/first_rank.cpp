@@ -8,8 +8,6 @@
 
 namespace livetet {
 
-namespace {
-
 std::string same_on_all(MPI_Comm comm, std::string text) {
     auto size = static_cast<std::int64_t>(text.size());
     MPI_Bcast(&size, 1, MPI_INT64_T, 0, comm);
@@ -17,8 +15,6 @@ std::string same_on_all(MPI_Comm comm, std::string text) {
     MPI_Bcast(text.data(), static_cast<int>(size), MPI_CHAR, 0, comm);
     return text;
 }
-
-}  // namespace
 
 std::string same_on_all(std::string text) { return same_on_all(PETSC_COMM_WORLD, std::move(text)); }
 

@@ -7,7 +7,9 @@
 
 namespace livetet {
 
-/// Returns the text of PETSC_COMM_WORLD's first rank on every rank. Collective.
+/// Returns the text of the first rank of a communicator, PETSC_COMM_WORLD where none is given, on
+/// every rank. Collective.
+std::string same_on_all(MPI_Comm comm, std::string text);
 std::string same_on_all(std::string text);
 
 /// Runs `work` on the first rank of a communicator, PETSC_COMM_WORLD where none is given. If it

@@ -2,8 +2,10 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <limits>
 
+#include "solvers/parallel/exchange.hpp"
 #include "solvers/parallel/sum_over_ranks.hpp"
 
 namespace livetet {
@@ -41,12 +43,76 @@ LevelPieces level_pieces(const TetMesh& whole) {
     return pieces;
 }
 
-LevelPieces of_own_nodes(LevelPieces whole, const PartitionedMesh& share) {
-    if (share.ranks == 1) return whole;
-    std::vector<std::int32_t> own;
-    for (const std::int32_t n : std::span(share.nodes).first(share.owned))
-        own.push_back(whole.of_node[n]);
-    return {std::move(whole.all), std::move(own)};
+namespace {
+
+/// For each of the rank's own nodes the lowest node of its piece, by its number in the whole mesh.
+std::vector<std::int32_t> lowest_nodes(const PartitionedMesh& share) {
+    const std::vector<std::int32_t> local_piece = connected_pieces(local_mesh(share));
+    std::vector<std::int32_t> lowest(share.nodes);  // by local pieces
+    const SharedRows ghosts(share.comm, static_cast<std::size_t>(share.owned),
+                            std::span(share.numbers).subspan(share.owned));
+    std::vector<std::int32_t> of_own;
+    for (bool changes = true; on_any_rank(share, changes);) {
+        changes = false;
+        const auto lower = [&](std::size_t i, std::int32_t n) {
+            std::int32_t& of_piece = lowest[local_piece[i]];
+            changes = changes || n < of_piece;
+            of_piece = std::min(of_piece, n);
+        };
+        for (std::size_t i = 0; i < share.nodes.size(); ++i) lower(i, share.nodes[i]);
+        const auto owned = static_cast<std::size_t>(share.owned);
+        of_own.clear();
+        for (std::size_t i = 0; i < owned; ++i) of_own.push_back(lowest[local_piece[i]]);
+        const auto of_ghosts = ghosts.from_owners(std::span<const std::int32_t>(of_own));
+        for (std::size_t g = 0; g < of_ghosts.size(); ++g) lower(owned + g, of_ghosts[g]);
+    }
+    return of_own;
+}
+
+}  // namespace
+
+LevelPieces level_pieces(const PartitionedMesh& share) {
+    LevelPieces pieces;
+    pieces.of_node = lowest_nodes(share);
+    std::vector<std::int32_t> names = pieces.of_node;  // lowest nodes
+    const auto sort_names = [&] {
+        std::ranges::sort(names);
+        const auto rest = std::ranges::unique(names);
+        names.erase(rest.begin(), rest.end());
+    };
+    sort_names();
+    names = of_all_ranks(share.comm, names);
+    sort_names();
+    for (std::int32_t& piece : pieces.of_node)
+        piece = static_cast<std::int32_t>(std::ranges::lower_bound(names, piece) - names.begin());
+
+    // Of each piece the highest corner of its box, and the lowest one's opposite; the last tet.
+    std::vector<double> boxes(6 * names.size(), -std::numeric_limits<double>::infinity());
+    std::vector<std::int32_t> tets(names.size(), -1);
+    for (std::size_t i = 0; i < pieces.of_node.size(); ++i)
+        for (int c = 0; c < 3; ++c) {
+            double* box = boxes.data() + 6 * pieces.of_node[i];
+            box[c] = std::max(box[c], share.rest[i][c]);
+            box[3 + c] = std::max(box[3 + c], -share.rest[i][c]);
+        }
+    for (std::size_t e = 0; e < share.tets.size(); ++e)
+        for (const std::int32_t n : share.tets[e])
+            if (n < share.owned) {
+                std::int32_t& tet = tets[pieces.of_node[n]];
+                tet = std::max(tet, share.tet_ids[e]);
+            }
+    MPI_Allreduce(MPI_IN_PLACE, boxes.data(), static_cast<int>(boxes.size()), MPI_DOUBLE, MPI_MAX,
+                  share.comm);
+    MPI_Allreduce(MPI_IN_PLACE, tets.data(), static_cast<int>(tets.size()), MPI_INT32_T, MPI_MAX,
+                  share.comm);
+    for (std::size_t p = 0; p < names.size(); ++p) {
+        const Vector3 high(&boxes[6 * p]), low = -Vector3(&boxes[6 * p + 3]);
+        pieces.all.push_back({.centre = (low + high) / 2,
+                              .extent = (high - low).norm() / 2,
+                              .node = names[p],
+                              .tet = tets[p]});
+    }
+    return pieces;
 }
 
 LevelPieces pieces_of_finer(LevelPieces coarse, const PartitionedMesh& fine,

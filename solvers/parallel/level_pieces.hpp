@@ -27,8 +27,10 @@ struct LevelPieces {
 /// Of a whole mesh and its nodes. On one rank or on each.
 LevelPieces level_pieces(const TetMesh& whole);
 
-/// The same pieces, with the nodes that this rank owns.
-LevelPieces of_own_nodes(LevelPieces whole, const PartitionedMesh& share);
+/// The same of a mesh of tets that ranks share, with the nodes that this rank owns: each rank finds
+/// the pieces of its own part, then neighbours agree on the lowest node of each, as often as a
+/// piece goes from rank to rank. Collective.
+LevelPieces level_pieces(const PartitionedMesh& share);
 
 /// Of a level that is cut from, or is the quadratic form of, the one of `coarse`, whose pieces its
 /// own are. `in_coarse`: first, for each own node, a coarse own node of the same piece;

@@ -6,10 +6,16 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <tuple>
 
 #include "base/error.hpp"
-#include "base/lists.hpp"
+#include "base/together.hpp"
+#include "solvers/parallel/dual_graph.hpp"
+#include "solvers/parallel/exchange.hpp"
 #include "solvers/parallel/first_rank.hpp"
+#include "solvers/parallel/mesh_distribution.hpp"
+#include "solvers/parallel/node_values.hpp"
+#include "solvers/parallel/row_blocks.hpp"
 
 namespace livetet {
 
@@ -66,187 +72,257 @@ std::vector<std::int32_t> partition_tets(std::span<const Tet> tets, int parts) {
     return part;
 }
 
-namespace {
-
-// By hand: DMPlexCreatePartitionerGraph gives the same graph, but needs an interpolated DMPlex to
-// do so in parallel. For 384,000 tets on two ranks it takes 2.2 s and 165 MB a rank, this 0.15 s
-// and 7 MB.
-
-/// The neighbours of each tet of [begin, end), which share three nodes with it, row by row, in
-/// arrays that PETSc can free.
-std::pair<PetscInt*, PetscInt*> neighbours_of(std::span<const Tet> tets, std::size_t begin,
-                                              std::size_t end) {
-    std::int32_t nodes = 0;
-    for (const Tet& t : tets) nodes = std::max(nodes, *std::max_element(t.begin(), t.end()) + 1);
-    std::vector<bool> mine(nodes, false);
-    for (std::size_t e = begin; e < end; ++e)
-        for (const std::int32_t n : tets[e]) mine[n] = true;
-    const Lists at_nodes = make_lists(nodes, [&](auto&& add) {
-        for (std::size_t e = 0; e < tets.size(); ++e)
-            for (const std::int32_t n : tets[e])
-                if (mine[n]) add(n, static_cast<std::int32_t>(e));
-    });
-
-    PetscInt *rows = nullptr, *columns = nullptr;
-    LIVETET_PETSC(PetscMalloc1(end - begin + 1, &rows));
-    LIVETET_PETSC(PetscMalloc1(4 * (end - begin), &columns));
-    rows[0] = 0;
-    std::vector<std::int32_t> around;
-    for (std::size_t e = begin; e < end; ++e) {
-        around.clear();
-        for (const std::int32_t n : tets[e])
-            around.insert(around.end(), at_nodes[n].begin(), at_nodes[n].end());
-        std::sort(around.begin(), around.end());
-        PetscInt& last = rows[e - begin + 1] = rows[e - begin];
-        for (std::size_t i = 0; i + 2 < around.size(); ++i)
-            if (around[i] == around[i + 2] && around[i] != static_cast<std::int32_t>(e) &&
-                last < rows[e - begin] + 4)
-                columns[last++] = around[i];
-    }
-    return {rows, columns};
-}
-
-}  // namespace
-
-std::vector<std::int32_t> partition_tets_in_parallel(MPI_Comm comm, std::span<const Tet> tets,
-                                                     int parts) {
+std::vector<std::int32_t> partition_tets_in_parallel(MPI_Comm comm, std::span<const Tet> rows,
+                                                     const MeshSize& whole, int parts) {
     // PETSc hands over its arrays as they are: Debian's of 64 bits to a PTScotch of 32.
     if (sizeof(PetscInt) > sizeof(std::int32_t))
         fail("solver.partitioner = ptscotch: PETSc has 64-bit indices here, expected metis");
-    int rank = 0, ranks = 1;
-    MPI_Comm_rank(comm, &rank);
-    MPI_Comm_size(comm, &ranks);
-    const auto share = [&](int r) {
-        return tets.size() * static_cast<std::size_t>(r) / static_cast<std::size_t>(ranks);
-    };
-    const auto [rows, columns] = neighbours_of(tets, share(rank), share(rank + 1));
+    const Lists neighbours = tet_neighbours(comm, rows, whole);
+    PetscInt *starts = nullptr, *columns = nullptr;  // freed by the matrix
+    LIVETET_PETSC(PetscMalloc1(neighbours.start.size(), &starts));
+    LIVETET_PETSC(PetscMalloc1(neighbours.items.size(), &columns));
+    std::ranges::copy(neighbours.start, starts);
+    std::ranges::copy(neighbours.items, columns);
     PetscHandle<Mat> graph;
-    LIVETET_PETSC(MatCreateMPIAdj(comm, static_cast<PetscInt>(share(rank + 1) - share(rank)),
-                                  static_cast<PetscInt>(tets.size()), rows, columns, nullptr,
+    LIVETET_PETSC(MatCreateMPIAdj(comm, static_cast<PetscInt>(rows.size()),
+                                  static_cast<PetscInt>(whole.tets), starts, columns, nullptr,
                                   graph.out()));
     PetscHandle<MatPartitioning> partitioning;
     LIVETET_PETSC(MatPartitioningCreate(comm, partitioning.out()));
     LIVETET_PETSC(MatPartitioningSetAdjacency(partitioning.get(), graph.get()));
     LIVETET_PETSC(MatPartitioningSetType(partitioning.get(), MATPARTITIONINGPTSCOTCH));
     LIVETET_PETSC(MatPartitioningSetNParts(partitioning.get(), parts));
-    PetscHandle<IS> of_mine;
-    LIVETET_PETSC(MatPartitioningApply(partitioning.get(), of_mine.out()));
-
-    std::vector<int> counts, places;
-    for (int r = 0; r < ranks; ++r) {
-        counts.push_back(static_cast<int>(share(r + 1) - share(r)));
-        places.push_back(static_cast<int>(share(r)));
-    }
+    PetscHandle<IS> of_rows;
+    LIVETET_PETSC(MatPartitioningApply(partitioning.get(), of_rows.out()));
     const PetscInt* found = nullptr;
-    LIVETET_PETSC(ISGetIndices(of_mine.get(), &found));
-    const std::vector<std::int32_t> mine(found, found + counts[rank]);
-    LIVETET_PETSC(ISRestoreIndices(of_mine.get(), &found));
-    std::vector<std::int32_t> all(tets.size());
-    MPI_Allgatherv(mine.data(), counts[rank], MPI_INT32_T, all.data(), counts.data(), places.data(),
-                   MPI_INT32_T, comm);
-    return all;
-}
-
-std::vector<std::int32_t> node_owners(const TetMesh& mesh, std::span<const std::int32_t> parts) {
-    std::vector<std::int32_t> owner(static_cast<std::size_t>(corner_count(mesh)), -1);
-    std::vector<bool> is_shared(owner.size(), false);
-    for (std::size_t e = 0; e < mesh.tets.size(); ++e)
-        for (const std::int32_t n : mesh.tets[e]) {
-            is_shared[n] = is_shared[n] || (owner[n] >= 0 && owner[n] != parts[e]);
-            owner[n] = parts[e];
-        }
-    std::vector<std::pair<std::int32_t, std::int32_t>> votes;  // shared node, part of a tet at it
-    for (std::size_t e = 0; e < mesh.tets.size(); ++e)
-        for (const std::int32_t n : mesh.tets[e])
-            if (is_shared[n]) votes.emplace_back(n, parts[e]);
-    std::sort(votes.begin(), votes.end());
-    std::ptrdiff_t most = 0;
-    for (auto vote = votes.begin(); vote != votes.end();) {
-        const auto next = std::upper_bound(vote, votes.end(), *vote);
-        if (vote == votes.begin() || std::prev(vote)->first != vote->first) most = 0;
-        if (next - vote > most) {
-            most = next - vote;
-            owner[vote->first] = vote->second;
-        }
-        vote = next;
-    }
-    return owner;
+    LIVETET_PETSC(ISGetIndices(of_rows.get(), &found));
+    std::vector<std::int32_t> mine(found, found + rows.size());
+    LIVETET_PETSC(ISRestoreIndices(of_rows.get(), &found));
+    return mine;
 }
 
 namespace {
 
-std::vector<std::int32_t> partition_of(MPI_Comm comm, std::span<const Tet> tets, int parts,
-                                       Partitioner partitioner) {
-    if (partitioner == Partitioner::ptscotch) return partition_tets_in_parallel(comm, tets, parts);
-    int rank = 0;
-    MPI_Comm_rank(comm, &rank);
-    std::vector<std::int32_t> part(tets.size());
-    on_first_rank(comm, [&] {  // METIS needs several times the memory of the mesh
-        part = partition_tets(tets, parts);
+/// The rank in whose rows a node is.
+class NodeRanks {
+  public:
+    NodeRanks(MPI_Comm comm, std::size_t nodes)
+        : nodes_(nodes), ranks_(rank_count(comm)), rows_(row_range(comm, nodes)) {}
+    std::int32_t operator()(std::int32_t node) const {
+        return static_cast<std::int32_t>(
+            rank_of_row(static_cast<std::size_t>(node), nodes_, ranks_));
+    }
+    const RowRange& rows() const { return rows_; }
+    /// Place of a node among this rank's rows.
+    std::size_t place(std::int32_t node) const {
+        return static_cast<std::size_t>(node) - rows_.first;
+    }
+
+  private:
+    static std::size_t rank_count(MPI_Comm comm) {
+        int ranks = 1;
+        MPI_Comm_size(comm, &ranks);
+        return static_cast<std::size_t>(ranks);
+    }
+    std::size_t nodes_, ranks_;
+    RowRange rows_;
+};
+
+/// That so many tets at a node are in a part.
+struct Vote {
+    std::int32_t node, part, count;
+};
+
+/// For each corner of some tets the number of these in each part.
+std::vector<Vote> votes_of(std::span<const Tet> tets, std::span<const std::int32_t> parts) {
+    std::vector<std::pair<std::int32_t, std::int32_t>> single;
+    single.reserve(4 * tets.size());
+    for (std::size_t e = 0; e < tets.size(); ++e)
+        for (const std::int32_t n : tets[e]) single.emplace_back(n, parts[e]);
+    std::ranges::sort(single);
+    std::vector<Vote> votes;
+    for (const auto& [node, part] : single)
+        if (!votes.empty() && votes.back().node == node && votes.back().part == part)
+            ++votes.back().count;
+        else
+            votes.push_back({node, part, 1});
+    return votes;
+}
+
+/// Sends items to the ranks of the nodes that they name.
+template <class T>
+std::vector<T> to_nodes(MPI_Comm comm, const NodeRanks& ranks, const std::vector<T>& items) {
+    std::vector<std::int32_t> to;
+    to.reserve(items.size());
+    for (const T& item : items) to.push_back(ranks(item.node));
+    return exchange(comm, to, items);
+}
+
+/// The owners of edge nodes: those of their edges' lower ends.
+void add_edge_owners(MPI_Comm comm, const TetMesh& rows, const NodeRanks& ranks,
+                     std::vector<std::int32_t>& owners) {
+    struct Edge {
+        std::int32_t node, owner;
+    };
+    const NodeValues<std::int32_t> of_corner(comm, owners, rows.tets);
+    std::vector<Edge> edges;
+    for (std::size_t e = 0; e < rows.edge_nodes.size(); ++e)
+        for (int k = 0; k < 6; ++k)
+            edges.push_back(
+                {rows.edge_nodes[e][k], of_corner[std::min(rows.tets[e][tet_edges[k][0]],
+                                                           rows.tets[e][tet_edges[k][1]])]});
+    for (const Edge& edge : to_nodes(comm, ranks, edges))
+        owners[ranks.place(edge.node)] = edge.owner;
+}
+
+}  // namespace
+
+std::vector<std::int32_t> node_owners(MPI_Comm comm, const TetMesh& rows, const MeshSize& whole,
+                                      std::span<const std::int32_t> parts) {
+    const NodeRanks ranks(comm, whole.nodes);
+    std::vector<Vote> votes = to_nodes(comm, ranks, votes_of(rows.tets, parts));
+    std::ranges::sort(votes, {}, [](const Vote& v) { return std::pair(v.node, v.part); });
+    std::vector<std::int32_t> owners(ranks.rows().size(), -1);
+    std::int32_t most = 0;
+    for (auto vote = votes.begin(); vote != votes.end();) {
+        std::int32_t count = 0;
+        const Vote first = *vote;
+        for (; vote != votes.end() && vote->node == first.node && vote->part == first.part; ++vote)
+            count += vote->count;
+        std::int32_t& owner = owners[ranks.place(first.node)];
+        if (owner >= 0 && count <= most) continue;
+        owner = first.part;
+        most = count;
+    }
+    std::uint8_t has_edges = !rows.edge_nodes.empty();
+    MPI_Allreduce(MPI_IN_PLACE, &has_edges, 1, MPI_UINT8_T, MPI_MAX, comm);
+    if (has_edges) add_edge_owners(comm, rows, ranks, owners);
+    together(comm, [&] {
+        if (const auto none = std::ranges::find(owners, -1); none != owners.end())
+            fail("mesh: node {} belongs to no tet",
+                 ranks.rows().first + static_cast<std::size_t>(none - owners.begin()));
     });
-    MPI_Bcast(part.data(), static_cast<int>(part.size()), MPI_INT32_T, 0, comm);
+    return owners;
+}
+
+namespace {
+
+/// By METIS, which needs several times the memory of the mesh, on the first rank.
+std::vector<std::int32_t> partition_on_first(MPI_Comm comm, std::span<const Tet> rows,
+                                             const MeshSize& whole, int parts) {
+    const std::vector<Tet> mine(rows.begin(), rows.end());
+    const std::vector<Tet> all = exchange(comm, std::vector<std::int32_t>(rows.size(), 0), mine);
+    int ranks = 1;
+    MPI_Comm_size(comm, &ranks);
+    std::vector<std::int32_t> part, to;
+    on_first_rank(comm, [&] {
+        part = partition_tets(all, parts);
+        for (std::size_t e = 0; e < part.size(); ++e)
+            to.push_back(static_cast<std::int32_t>(
+                rank_of_row(e, whole.tets, static_cast<std::size_t>(ranks))));
+    });
+    return exchange(comm, to, part);
+}
+
+/// What stands for a coarse node: a fine node with a weight in it.
+struct Nearest {
+    std::int32_t node, fine, part;
+    float weight;
+    /// Whether it is nearer than another.
+    bool operator<(const Nearest& other) const {
+        return std::tuple(node, -weight, fine) < std::tuple(other.node, -other.weight, other.fine);
+    }
+};
+
+/// The nearest of each coarse node alone.
+void keep_nearest(std::vector<Nearest>& all) {
+    std::ranges::sort(all, std::less<>());
+    const auto rest = std::ranges::unique(all, {}, &Nearest::node);
+    all.erase(rest.begin(), rest.end());
+}
+
+/// Of four corners' parts the most frequent, of several the first; -1 if they have none.
+std::int32_t most_frequent(const std::array<std::int32_t, 4>& parts) {
+    std::int32_t part = -1;
+    std::ptrdiff_t most = 0;
+    for (const std::int32_t p : parts)
+        if (const auto count = std::ranges::count(parts, p); p >= 0 && count > most) {
+            most = count;
+            part = p;
+        }
     return part;
 }
 
 /// Parts of a coarse level's tets: of the four corners' parts the most frequent, the part of a
-/// corner being that of the fine node with the highest weight in it. `lower` maps the fine level's
-/// parts to those of the coarse one, which may have fewer.
+/// corner being that of the fine node with the highest weight in it. `owners`: of the fine nodes.
+/// `lower` maps the fine level's parts to those of the coarse one, which may have fewer.
 template <class Lower>
-std::vector<std::int32_t> projected_parts(const TetMesh& fine,
-                                          std::span<const std::int32_t> fine_parts,
+std::vector<std::int32_t> projected_parts(MPI_Comm comm, std::span<const std::int32_t> owners,
+                                          const MeshSize& fine,
                                           const BarycentricMap& fine_in_coarse,
-                                          const TetMesh& coarse, Lower&& lower) {
-    const std::vector<std::int32_t> owner = node_owners(fine, fine_parts);
-    std::vector<std::int32_t> part_of_node(coarse.nodes.size(), -1);
-    std::vector<float> highest(coarse.nodes.size(), 0);
-    for (std::size_t i = 0; i < owner.size(); ++i)
-        for (int k = 0; k < 4; ++k) {
-            const std::int32_t n = fine_in_coarse.nodes[i][k];
-            const auto weight = static_cast<float>(fine_in_coarse.weights[i][k]);
-            if (weight <= highest[n]) continue;
-            highest[n] = weight;
-            part_of_node[n] = lower(owner[i]);
-        }
+                                          std::span<const Tet> coarse, const MeshSize& whole,
+                                          Lower&& lower) {
+    const std::size_t first = row_range(comm, fine.nodes).first;
+    std::vector<Nearest> nearest;
+    for (std::size_t i = 0; i < fine_in_coarse.size(); ++i)
+        for (int k = 0; k < 4; ++k)
+            if (const auto weight = static_cast<float>(fine_in_coarse.weights[i][k]); weight > 0)
+                nearest.push_back({fine_in_coarse.nodes[i][k], static_cast<std::int32_t>(first + i),
+                                   lower(owners[i]), weight});
+    keep_nearest(nearest);
+    const NodeRanks ranks(comm, whole.nodes);
+    nearest = to_nodes(comm, ranks, nearest);
+    keep_nearest(nearest);
+    std::vector<std::int32_t> of_rows(ranks.rows().size(), -1);
+    for (const Nearest& n : nearest) of_rows[ranks.place(n.node)] = n.part;
+
+    const NodeValues<std::int32_t> part_of_node(comm, of_rows, coarse);
     std::vector<std::int32_t> parts;
-    parts.reserve(coarse.tets.size());
-    for (const Tet& t : coarse.tets) {
-        std::int32_t part = -1;
-        std::ptrdiff_t most = 0;
-        std::array<std::int32_t, 4> of_corners{};
-        for (int k = 0; k < 4; ++k) of_corners[k] = part_of_node[t[k]];
-        for (const std::int32_t p : of_corners)
-            if (const auto count = std::count(of_corners.begin(), of_corners.end(), p);
-                p >= 0 && count > most) {
-                most = count;
-                part = p;
-            }
+    parts.reserve(coarse.size());
+    for (const Tet& t : coarse) {
+        const std::int32_t part = most_frequent(
+            {part_of_node[t[0]], part_of_node[t[1]], part_of_node[t[2]], part_of_node[t[3]]});
         // No fine node lies around it: a neighbour's part, which comes before it.
         parts.push_back(part >= 0 ? part : parts.empty() ? 0 : parts.back());
     }
     return parts;
 }
 
+/// Whether each level is cut from the next one, on every rank.
+std::vector<std::uint8_t> cut_levels(MPI_Comm comm, const MeshHierarchy& rows) {
+    std::vector<std::uint8_t> is_cut;
+    for (std::size_t l = 0; l < rows.levels.size(); ++l) is_cut.push_back(rows.is_cut(l));
+    MPI_Allreduce(MPI_IN_PLACE, is_cut.data(), static_cast<int>(is_cut.size()), MPI_UINT8_T,
+                  MPI_MAX, comm);
+    return is_cut;
+}
+
 }  // namespace
 
 std::vector<std::vector<std::int32_t>> partition_levels(MPI_Comm comm,
-                                                        const MeshHierarchy& hierarchy,
+                                                        const HierarchyRows& hierarchy,
                                                         Partitioner partitioner) {
     int ranks = 1;
     MPI_Comm_size(comm, &ranks);
-    const std::vector<TetMesh>& levels = hierarchy.levels;
+    const std::vector<TetMesh>& levels = hierarchy.rows.levels;
+    const std::vector<MeshSize>& sizes = hierarchy.sizes;
     std::vector<std::vector<std::int32_t>> parts(levels.size());
     const auto worthwhile = [&](std::size_t l) {
         return static_cast<int>(
-            std::clamp<std::size_t>(levels[l].tets.size() / min_tets_per_rank, 1, ranks));
+            std::clamp<std::size_t>(sizes[l].tets / min_tets_per_rank, 1, ranks));
     };
+    const std::vector<std::uint8_t> is_cut = cut_levels(comm, hierarchy.rows);
     std::size_t first = 0;
-    while (hierarchy.is_cut(first) && worthwhile(first) == worthwhile(first + 1)) ++first;
+    while (is_cut[first] && worthwhile(first) == worthwhile(first + 1)) ++first;
     const int most = worthwhile(first);
-    parts[first] = partition_of(comm, levels[first].tets, most, partitioner);
+    const bool on_first =
+        resolved_partitioner(partitioner, sizes[first].tets) == Partitioner::metis;
+    parts[first] = (on_first ? partition_on_first : partition_tets_in_parallel)(
+        comm, levels[first].tets, sizes[first], most);
     for (std::size_t l = first; l-- > 0;) {
-        parts[l].reserve(hierarchy.parents[l].size());
-        for (const std::int32_t parent : hierarchy.parents[l])
-            parts[l].push_back(parts[l + 1][parent]);
+        const std::vector<std::int32_t>& parents = hierarchy.rows.parents[l];
+        parts[l] = RowBlocks(comm, sizes[l + 1].tets, parents)
+                       .from_block(std::span<const std::int32_t>(parts[l + 1]), 1);
     }
     for (std::size_t l = first + 1; l < levels.size(); ++l) {
         // Successive parts together, on the first rank of them: METIS and PTScotch number them by
@@ -255,9 +331,19 @@ std::vector<std::vector<std::int32_t>> partition_levels(MPI_Comm comm,
             const std::int64_t group = std::int64_t{part} * fewer / most;
             return static_cast<std::int32_t>((group * most + fewer - 1) / fewer);
         };
-        parts[l] = projected_parts(levels[l - 1], parts[l - 1], hierarchy.transfers[l - 1],
-                                   levels[l], lower);
+        const auto owners = node_owners(comm, levels[l - 1], sizes[l - 1], parts[l - 1]);
+        parts[l] = projected_parts(comm, owners, sizes[l - 1], hierarchy.rows.transfers[l - 1],
+                                   levels[l].tets, sizes[l], lower);
     }
+    return parts;
+}
+
+std::vector<std::vector<std::int32_t>> partition_levels(MPI_Comm comm,
+                                                        const MeshHierarchy& hierarchy,
+                                                        Partitioner partitioner) {
+    std::vector<std::vector<std::int32_t>> parts =
+        partition_levels(comm, rows_of(comm, hierarchy), partitioner);
+    for (std::vector<std::int32_t>& of_level : parts) of_level = of_all_ranks(comm, of_level);
     return parts;
 }
 

@@ -5,56 +5,11 @@
 
 #include "base/error.hpp"
 #include "mesh/hex_grid.hpp"
-#include "solvers/parallel/partition.hpp"
+#include "solvers/parallel/mesh_distribution.hpp"
+#include "solvers/parallel/row_blocks.hpp"
 #include "solvers/parallel/sum_over_ranks.hpp"
 
 namespace livetet {
-
-namespace {
-
-/// A rank's tets (overlap included) and the nodes it owns, in numbers of the whole mesh.
-struct Distributed {
-    std::vector<std::int32_t> tet_ids;
-    std::vector<std::int32_t> owned_nodes;
-};
-
-Distributed find_share(const TetMesh& mesh, std::span<const std::int32_t> parts, int rank) {
-    const std::vector<std::int32_t> owner = node_owners(mesh, parts);
-    Distributed d;
-    for (std::size_t n = 0; n < owner.size(); ++n)
-        if (owner[n] == rank) d.owned_nodes.push_back(static_cast<std::int32_t>(n));
-    for (std::size_t e = 0; e < mesh.tets.size(); ++e)
-        if (std::any_of(mesh.tets[e].begin(), mesh.tets[e].end(),
-                        [&](std::int32_t n) { return owner[n] == rank; }))
-            d.tet_ids.push_back(static_cast<std::int32_t>(e));
-    return d;
-}
-
-/// Adds the edge nodes whose first corner (the lower number) is among `corners`.
-std::vector<std::int32_t> with_edge_nodes(const TetMesh& mesh, std::vector<std::int32_t> corners) {
-    std::vector<bool> mine(mesh.nodes.size(), false);
-    for (const std::int32_t n : corners) mine[n] = true;
-    for (std::size_t e = 0; e < mesh.edge_nodes.size(); ++e)
-        for (int k = 0; k < 6; ++k)
-            if (mine[std::min(mesh.tets[e][tet_edges[k][0]], mesh.tets[e][tet_edges[k][1]])])
-                corners.push_back(mesh.edge_nodes[e][k]);
-    std::sort(corners.begin(), corners.end());
-    corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
-    return corners;
-}
-
-}  // namespace
-
-std::vector<PetscInt> number_owned(MPI_Comm comm, std::size_t count,
-                                   std::span<const std::int32_t> owned) {
-    PetscInt here = static_cast<PetscInt>(owned.size()), end = 0;
-    MPI_Scan(&here, &end, 1, MPIU_INT, MPI_SUM, comm);
-    std::vector<PetscInt> numbers(count, -1);
-    for (std::size_t i = 0; i < owned.size(); ++i)
-        numbers[owned[i]] = end - here + static_cast<PetscInt>(i);
-    MPI_Allreduce(MPI_IN_PLACE, numbers.data(), static_cast<int>(count), MPIU_INT, MPI_MAX, comm);
-    return numbers;
-}
 
 namespace {
 
@@ -80,67 +35,26 @@ void take_all(const TetMesh& mesh, PartitionedMesh& share) {
     std::iota(share.tet_ids.begin(), share.tet_ids.end(), 0);
 }
 
-/// The rank's part of a mesh of tets.
-void take_part(const TetMesh& mesh, std::span<const std::int32_t> parts, PartitionedMesh& share) {
-    int rank = 0;
-    MPI_Comm_rank(share.comm, &rank);
-    const Distributed d = find_share(mesh, parts, rank);
-    share.nodes = with_edge_nodes(mesh, d.owned_nodes);
-    share.owned = static_cast<std::int32_t>(share.nodes.size());
-    const std::vector<PetscInt> number_of_node = node_numbers(share);
-
-    std::vector<std::int32_t> local_of(mesh.nodes.size(), -1);
-    for (std::int32_t i = 0; i < share.owned; ++i) local_of[share.nodes[i]] = i;
-    std::vector<std::int32_t> ghosts;
-    for (const std::int32_t e : d.tet_ids) {
-        const Tet& t = mesh.tets[e];
-        if (std::none_of(t.begin(), t.end(), [&](std::int32_t n) {
-                return local_of[n] >= 0 && local_of[n] < share.owned;
-            }))
-            continue;
-        share.tet_ids.push_back(e);
-        const auto mark = [&](std::int32_t n) {
-            if (local_of[n] >= 0) return;
-            local_of[n] = share.owned;  // its place is given below
-            ghosts.push_back(n);
-        };
-        for (const std::int32_t n : t) mark(n);
-        if (!mesh.edge_nodes.empty())
-            for (const std::int32_t n : mesh.edge_nodes[e]) mark(n);
-    }
-    std::sort(ghosts.begin(), ghosts.end(), [&](std::int32_t a, std::int32_t b) {
-        return number_of_node[a] < number_of_node[b];
-    });
-    for (const std::int32_t n : ghosts) {
-        local_of[n] = static_cast<std::int32_t>(share.nodes.size());
-        share.nodes.push_back(n);
-    }
-    for (const std::int32_t n : share.nodes) share.numbers.push_back(number_of_node[n]);
-    for (const std::int32_t e : share.tet_ids) {
-        const Tet& t = mesh.tets[e];
-        share.tets.push_back({local_of[t[0]], local_of[t[1]], local_of[t[2]], local_of[t[3]]});
-        if (mesh.edge_nodes.empty()) continue;
-        share.edge_nodes.push_back(mesh.edge_nodes[e]);
-        for (std::int32_t& n : share.edge_nodes.back()) n = local_of[n];
-    }
-}
-
 }  // namespace
 
 PartitionedMesh distribute_mesh(MPI_Comm comm, const TetMesh& mesh,
                                 std::span<const std::int32_t> parts) {
+    int rank = 0, ranks = 1;
+    MPI_Comm_rank(comm, &rank);
+    MPI_Comm_size(comm, &ranks);
+    if (ranks > 1) {
+        if (!mesh.hexahedra.empty())
+            fail("hexahedra on {} ranks, expected one: only tetrahedra are distributed", ranks);
+        const auto r = static_cast<std::size_t>(rank), all = static_cast<std::size_t>(ranks);
+        return distribute_rows(comm, rows_of(mesh, r, all), {mesh.nodes.size(), mesh.tets.size()},
+                               rows_of_table(parts, r, all), "mesh");
+    }
     PartitionedMesh share;
     share.comm = comm;
-    MPI_Comm_size(comm, &share.ranks);
-    if (share.ranks > 1 && !mesh.hexahedra.empty())
-        fail("hexahedra on {} ranks, expected one: only tetrahedra are distributed", share.ranks);
     share.total = mesh.nodes.size();
     share.corners = corner_count(mesh);
-    if (share.ranks == 1)
-        take_all(mesh, share);
-    else
-        take_part(mesh, parts, share);
-    share.rest = local_part<Vector3>(share, mesh.nodes);
+    take_all(mesh, share);
+    share.rest = mesh.nodes;
     if (!mesh.regions.empty())
         for (const std::int32_t e : share.tet_ids) share.regions.push_back(mesh.regions[e]);
     return share;
@@ -178,8 +92,32 @@ std::vector<Vector3> values_on_first(const PartitionedMesh& share, std::span<con
     return values;
 }
 
-std::vector<PetscInt> node_numbers(const PartitionedMesh& share) {
-    return number_owned(share.comm, share.total, std::span(share.nodes).first(share.owned));
+std::vector<PetscInt> petsc_numbers(const PartitionedMesh& share,
+                                    std::span<const std::int32_t> nodes) {
+    const PetscInt owned = share.owned;
+    PetscInt end = 0;
+    MPI_Scan(&owned, &end, 1, MPIU_INT, MPI_SUM, share.comm);
+    std::vector<double> values(static_cast<std::size_t>(owned));  // whole numbers
+    std::iota(values.begin(), values.end(), static_cast<double>(end - owned));
+    const auto own = std::span(share.nodes).first(values.size());
+    values = RowBlocks(share.comm, share.total, own).to_block(values, 1);
+    values = RowBlocks(share.comm, share.total, nodes).from_block(values, 1);
+    return {values.begin(), values.end()};
+}
+
+LocalNumbers::LocalNumbers(const PartitionedMesh& share)
+    : own_(std::span(share.nodes).first(static_cast<std::size_t>(share.owned))) {
+    for (std::size_t i = own_.size(); i < share.nodes.size(); ++i)
+        ghosts_.emplace_back(share.nodes[i], static_cast<std::int32_t>(i));
+    std::ranges::sort(ghosts_);
+}
+
+std::int32_t LocalNumbers::operator[](std::int32_t node) const {
+    if (const auto at = std::ranges::lower_bound(own_, node); at != own_.end() && *at == node)
+        return static_cast<std::int32_t>(at - own_.begin());
+    const auto at =
+        std::ranges::lower_bound(ghosts_, node, {}, &std::pair<std::int32_t, std::int32_t>::first);
+    return at != ghosts_.end() && at->first == node ? at->second : -1;
 }
 
 bool on_any_rank(const PartitionedMesh& share, bool here) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "base/petsc.hpp"
@@ -44,17 +45,12 @@ struct PartitionedMesh {
     }
 };
 
-/// Distributes `mesh`, which every rank holds now, by the parts of its tets (see partition_levels):
-/// each rank takes its own share, without a message. With one rank, nothing is distributed and
-/// `parts` may be empty. An edge node of a P2 mesh goes to the owner of the first of its two
-/// corners. Throws Error for hexahedra on several ranks.
+/// This rank's share of `mesh`, which every rank holds, by the parts of its tets (see
+/// partition_levels). With one rank, nothing is distributed and `parts` may be empty. An edge node
+/// of a P2 mesh goes to the owner of the first of its two corners. Throws Error for hexahedra on
+/// several ranks. Collective.
 PartitionedMesh distribute_mesh(MPI_Comm comm, const TetMesh& mesh,
                                 std::span<const std::int32_t> parts);
-
-/// PETSc's number, on every rank, for each of `count` things of which this rank owns `owned`:
-/// consecutive on each rank, -1 for things that nobody owns.
-std::vector<PetscInt> number_owned(MPI_Comm comm, std::size_t count,
-                                   std::span<const std::int32_t> owned);
 
 /// The rank's part of the mesh as a mesh of its own: nodes, tets and regions, in local numbers,
 /// without sets.
@@ -67,8 +63,21 @@ std::vector<Vector3> whole_values(const PartitionedMesh& share, std::span<const 
 /// The same on the first rank alone; empty on the others. Collective.
 std::vector<Vector3> values_on_first(const PartitionedMesh& share, std::span<const Vector3> local);
 
-/// PETSc's number of each node of the whole mesh, on every rank. Collective.
-std::vector<PetscInt> node_numbers(const PartitionedMesh& share);
+/// PETSc's numbers of nodes of the whole mesh. Collective.
+std::vector<PetscInt> petsc_numbers(const PartitionedMesh& share,
+                                    std::span<const std::int32_t> nodes);
+
+/// Finds a rank's local nodes by their numbers in the whole mesh. It refers to the share.
+class LocalNumbers {
+  public:
+    explicit LocalNumbers(const PartitionedMesh& share);
+    /// -1 for a node that is not local.
+    std::int32_t operator[](std::int32_t node) const;
+
+  private:
+    std::span<const std::int32_t> own_;                          ///< rising
+    std::vector<std::pair<std::int32_t, std::int32_t>> ghosts_;  ///< node and local one, rising
+};
 
 /// Whether it is so on any rank. Collective.
 bool on_any_rank(const PartitionedMesh& share, bool here);

@@ -17,19 +17,22 @@ RowRange row_range(MPI_Comm comm, std::size_t rows);
 /// its block. Tables of nodes and tets are the same on any number of ranks.
 class RowBlocks {
   public:
-    /// `mine`: the numbers, 0 to rows - 1, of what this rank owns; each is owned by one rank.
-    /// Collective.
+    /// `mine`: the numbers, 0 to rows - 1, of what this rank has. Collective.
     RowBlocks(MPI_Comm comm, std::size_t rows, std::span<const std::int32_t> mine);
 
     RowRange block() const { return block_; }
-    /// `components` numbers for each row of this rank's block, from those of what each rank owns,
-    /// in the order of `mine`. Collective.
+    /// `components` numbers for each row of this rank's block, from those of what each rank has, in
+    /// the order of `mine`. Each row is one rank's alone. Collective.
     std::vector<double> to_block(std::span<const double> of_mine, int components) const {
         return shared_.to_owners(of_mine, components);
     }
-    /// And back. Collective.
-    std::vector<double> from_block(std::span<const double> of_block, int components) const {
+    /// And back, of several types (see SharedRows), to all ranks that have a row. Collective.
+    template <class T>
+    std::vector<T> from_block(std::span<const T> of_block, int components) const {
         return shared_.from_owners(of_block, components);
+    }
+    std::vector<double> from_block(const std::vector<double>& of_block, int components) const {
+        return from_block(std::span(of_block), components);
     }
 
   private:

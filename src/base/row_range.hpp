@@ -16,4 +16,11 @@ constexpr RowRange row_range(std::size_t rows, std::size_t rank, std::size_t ran
     return {rows * rank / ranks, rows * (rank + 1) / ranks};
 }
 
+/// The rank that has row `row` of so many; the inverse of row_range.
+constexpr std::size_t rank_of_row(std::size_t row, std::size_t rows, std::size_t ranks) {
+    std::size_t rank = row * ranks / rows;
+    while (row_range(rows, rank, ranks).end <= row) ++rank;
+    return rank;
+}
+
 }  // namespace livetet

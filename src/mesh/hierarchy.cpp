@@ -10,15 +10,19 @@ void check_levels(const std::vector<TetMesh>& levels) {
     if (levels.empty()) fail("mesh hierarchy: found no levels, expected at least one mesh");
     for (std::size_t l = 0; l < levels.size(); ++l) {
         check_tet_mesh(levels[l], fmt::format("mesh hierarchy, level {}", l));
-        if (l > 0 && levels[l].tets.size() > levels[l - 1].tets.size())
-            fail(
-                "mesh hierarchy: found {} tets in level {} and {} in level {}, expected the finest "
-                "level first",
-                levels[l - 1].tets.size(), l - 1, levels[l].tets.size(), l);
+        if (l > 0) check_finer(levels[l - 1].tets.size(), levels[l].tets.size(), l);
     }
 }
 
 }  // namespace
+
+void check_finer(std::size_t tets, std::size_t coarser_tets, std::size_t coarser) {
+    if (coarser_tets <= tets) return;
+    fail(
+        "mesh hierarchy: found {} tets in level {} and {} in level {}, expected the finest level "
+        "first",
+        tets, coarser - 1, coarser_tets, coarser);
+}
 
 void check_hierarchy(const MeshHierarchy& hierarchy) {
     const auto& [levels, transfers, provenance, parents] = hierarchy;

@@ -28,6 +28,9 @@ struct MeshHierarchy {
 /// more tets than the one before it, or transfers that do not fit its levels.
 void check_hierarchy(const MeshHierarchy& hierarchy);
 
+/// Throws Error if level `coarser` has more tets than the one before it.
+void check_finer(std::size_t tets, std::size_t coarser_tets, std::size_t coarser);
+
 /// Builds a hierarchy from levels (finest first) and computes its transfers. Throws Error as
 /// check_hierarchy does.
 MeshHierarchy make_hierarchy(std::vector<TetMesh> levels, std::string provenance);

@@ -10,10 +10,12 @@
 
 namespace livetet {
 
-double signed_volume(const TetMesh& mesh, const Tet& t) {
-    const Vector3 a = mesh.nodes[t[1]] - mesh.nodes[t[0]];
-    const Vector3 b = mesh.nodes[t[2]] - mesh.nodes[t[0]];
-    const Vector3 c = mesh.nodes[t[3]] - mesh.nodes[t[0]];
+double signed_volume(const TetMesh& mesh, const Tet& t) { return signed_volume(mesh.nodes, t); }
+
+double signed_volume(std::span<const Vector3> nodes, const Tet& t) {
+    const Vector3 a = nodes[t[1]] - nodes[t[0]];
+    const Vector3 b = nodes[t[2]] - nodes[t[0]];
+    const Vector3 c = nodes[t[3]] - nodes[t[0]];
     return a.dot(b.cross(c)) / 6;
 }
 
@@ -102,41 +104,51 @@ void drop_unused_nodes(TetMesh& mesh, std::size_t kept) {
         for (std::int32_t& n : t) n = number[n];
 }
 
-void check_tet_mesh(const TetMesh& mesh, const std::string& where) {
-    if (mesh.tets.empty()) fail("{}: the mesh has no tetrahedra, expected at least one", where);
-    const auto count = static_cast<std::int32_t>(mesh.nodes.size());
-    std::vector<bool> used(mesh.nodes.size(), false);
-    for (std::size_t e = 0; e < mesh.tets.size(); ++e)
-        for (const std::int32_t n : mesh.tets[e]) {
-            if (n < 0 || n >= count)
-                fail("{}: tet {} names node {}, expected 0 to {}", where, e, n, count - 1);
-            used[n] = true;
-        }
-    if (!mesh.edge_nodes.empty() && mesh.edge_nodes.size() != mesh.tets.size())
-        fail("{}: {} sets of edge nodes for {} tets, expected one each", where,
-             mesh.edge_nodes.size(), mesh.tets.size());
-    for (std::size_t e = 0; e < mesh.edge_nodes.size(); ++e)
-        for (const std::int32_t n : mesh.edge_nodes[e]) {
-            if (n < 0 || n >= count)
-                fail("{}: tet {} names edge node {}, expected 0 to {}", where, e, n, count - 1);
-            used[n] = true;
-        }
-    for (std::int32_t n = 0; n < count; ++n) {
-        if (!mesh.nodes[n].allFinite())
-            fail("{}: node {} has a coordinate that is not finite", where, n);
-        if (!used[n]) fail("{}: node {} belongs to no tet", where, n);
-    }
-    for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
-        const double v = signed_volume(mesh, mesh.tets[e]);
+void check_rows(const TetMesh& rows, const MeshSize& size, const MeshSize& first,
+                const std::string& where) {
+    const auto check = [&](std::size_t tet, std::int32_t n, const char* what) {
+        if (n < 0 || static_cast<std::size_t>(n) >= size.nodes)
+            fail("{}: tet {} names {} {}, expected 0 to {}", where, first.tets + tet, what, n,
+                 static_cast<std::int64_t>(size.nodes) - 1);
+    };
+    for (std::size_t e = 0; e < rows.tets.size(); ++e)
+        for (const std::int32_t n : rows.tets[e]) check(e, n, "node");
+    for (std::size_t e = 0; e < rows.edge_nodes.size(); ++e)
+        for (const std::int32_t n : rows.edge_nodes[e]) check(e, n, "edge node");
+    for (std::size_t n = 0; n < rows.nodes.size(); ++n)
+        if (!rows.nodes[n].allFinite())
+            fail("{}: node {} has a coordinate that is not finite", where, first.nodes + n);
+}
+
+void check_volumes(std::span<const Vector3> nodes, std::span<const Tet> tets,
+                   std::span<const std::int32_t> numbers, const std::string& where) {
+    for (std::size_t e = 0; e < tets.size(); ++e) {
+        const double v = signed_volume(nodes, tets[e]);
         if (v > 0) continue;
         Vector3 centre = Vector3::Zero();
-        for (const std::int32_t n : mesh.tets[e]) centre += mesh.nodes[n] / 4;
+        for (const std::int32_t n : tets[e]) centre += nodes[n] / 4;
         fail(
             "{}: tet {} at ({:.2f}, {:.2f}, {:.2f}) mm is {} (volume {:.3g} mm^3), expected a "
             "positive volume",
-            where, e, 1e3 * centre.x(), 1e3 * centre.y(), 1e3 * centre.z(),
-            v < 0 ? "inverted" : "flat", 1e9 * v);
+            where, numbers.empty() ? static_cast<std::int64_t>(e) : numbers[e], 1e3 * centre.x(),
+            1e3 * centre.y(), 1e3 * centre.z(), v < 0 ? "inverted" : "flat", 1e9 * v);
     }
+}
+
+void check_tet_mesh(const TetMesh& mesh, const std::string& where) {
+    if (mesh.tets.empty()) fail("{}: the mesh has no tetrahedra, expected at least one", where);
+    if (!mesh.edge_nodes.empty() && mesh.edge_nodes.size() != mesh.tets.size())
+        fail("{}: {} sets of edge nodes for {} tets, expected one each", where,
+             mesh.edge_nodes.size(), mesh.tets.size());
+    check_rows(mesh, {mesh.nodes.size(), mesh.tets.size()}, {}, where);
+    std::vector<bool> used(mesh.nodes.size(), false);
+    for (const Tet& t : mesh.tets)
+        for (const std::int32_t n : t) used[n] = true;
+    for (const auto& edges : mesh.edge_nodes)
+        for (const std::int32_t n : edges) used[n] = true;
+    if (const auto found = std::find(used.begin(), used.end(), false); found != used.end())
+        fail("{}: node {} belongs to no tet", where, found - used.begin());
+    check_volumes(mesh.nodes, mesh.tets, {}, where);
     if (!mesh.regions.empty() && mesh.regions.size() != mesh.tets.size())
         fail("{}: {} region labels for {} tets, expected one each", where, mesh.regions.size(),
              mesh.tets.size());

@@ -55,6 +55,7 @@ inline std::int32_t corner_count(const TetMesh& mesh) {
 
 /// Signed volume of tet `t`, m^3; positive for a positively oriented tet.
 double signed_volume(const TetMesh& mesh, const Tet& t);
+double signed_volume(std::span<const Vector3> nodes, const Tet& t);
 
 /// Volume of the mesh, m^3.
 double volume(const TetMesh& mesh);
@@ -77,5 +78,18 @@ void drop_unused_nodes(TetMesh& mesh, std::size_t kept = 0);
 /// finite or is unused, or a tet with a volume that is not positive (giving its number and position
 /// in mm).
 void check_tet_mesh(const TetMesh& mesh, const std::string& where);
+
+/// Numbers of nodes and tets.
+struct MeshSize {
+    std::size_t nodes = 0, tets = 0;
+};
+
+/// Two parts of that check, for meshes that ranks share. Of some consecutive rows of a mesh of
+/// `size`, those from number `first` on: indices and coordinates.
+void check_rows(const TetMesh& rows, const MeshSize& size, const MeshSize& first,
+                const std::string& where);
+/// Of tets with the numbers `numbers`; empty: 0, 1 and so on: volumes.
+void check_volumes(std::span<const Vector3> nodes, std::span<const Tet> tets,
+                   std::span<const std::int32_t> numbers, const std::string& where);
 
 }  // namespace livetet

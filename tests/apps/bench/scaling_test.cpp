@@ -30,7 +30,7 @@ SolveRun run_on(int ranks) {
             .iterations = 10};
 }
 
-TEST(ScalingModel, WhatIsMeasuredGivesTheComputingAndWhatIsReplicatedGrowsWithTheWhole) {
+TEST(ScalingModel, WhatIsMeasuredGivesTheComputingAndMetisGrowsWithTheWhole) {
     const ScalingModel model(run_on(2), run_on(1), 0);
     EXPECT_DOUBLE_EQ(model.seconds_an_unknown, 3e-6);
     EXPECT_DOUBLE_EQ(model.partition_s_an_unknown, 2e-6);
@@ -42,7 +42,9 @@ TEST(ScalingModel, WhatIsMeasuredGivesTheComputingAndWhatIsReplicatedGrowsWithTh
         << "a W-cycle: 0.75 (1 + 2/8 + 4/64 + ...) of the finest level";
     for (std::size_t k = 1; k < model.points.size(); ++k) {
         const ScalingPoint &few = model.points[k - 1], &many = model.points[k];
-        EXPECT_DOUBLE_EQ(many.replicated_bytes, 10 * few.replicated_bytes);
+        // Of 1e5 unknowns a rank, so that 5 ranks' tets are the most that METIS takes.
+        EXPECT_EQ(many.partition_s, 0) << "PTScotch, on all ranks";
+        EXPECT_EQ(few.partition_s, 0) << "one rank, or PTScotch";
         EXPECT_GT(many.iteration_s(), few.iteration_s());
         EXPECT_GE(many.levels, few.levels + 1);
         EXPECT_NEAR(many.reductions_s - few.reductions_s, 6 * std::log2(10) * model.latency_s,
@@ -50,12 +52,17 @@ TEST(ScalingModel, WhatIsMeasuredGivesTheComputingAndWhatIsReplicatedGrowsWithTh
     }
 }
 
-/// Ranks refine the file's mesh themselves: of each refinement an eighth is left to all.
-TEST(ScalingModel, OfARefinedMeshTheFilesIsReplicatedAndPartitioned) {
-    const ScalingPoint whole = ScalingModel(run_on(2), run_on(1), 0).points.back(),
-                       eighth = ScalingModel(run_on(2), run_on(1), 1).points.back();
-    EXPECT_DOUBLE_EQ(eighth.replicated_bytes, whole.replicated_bytes / 8);
-    EXPECT_DOUBLE_EQ(eighth.partition_s, whole.partition_s) << "measured as it is";
+/// Ranks refine the file's mesh themselves: of each refinement an eighth is left to METIS.
+TEST(ScalingModel, OfARefinedMeshTheFilesIsPartitioned) {
+    const ScalingModel model(run_on(2), run_on(1), 3);
+    const double of_file = 1e5 / 512, each_s = 2e-6 * 512;
+    EXPECT_DOUBLE_EQ(model.points.front().partition_s, 0);
+    for (std::size_t k = 1; k < model.points.size(); ++k) {
+        const double unknowns = of_file * model.points[k].ranks;
+        EXPECT_DOUBLE_EQ(model.points[k].partition_s, unknowns < 5e4 ? each_s * unknowns : 0);
+    }
+    EXPECT_GT(model.points[3].partition_s, 0);
+    EXPECT_EQ(model.points.back().partition_s, 0);
 }
 
 TEST(ScalingModel, MessagesAreThoseThatWereCounted) {

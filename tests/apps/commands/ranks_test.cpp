@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <future>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -163,6 +164,81 @@ TEST(Ranks, TheirMemoryFallsAsTheirNumberRises) {
         std::printf("%d ranks: %.2f\n", ranks, share);
         EXPECT_LT(share, 1.6) << ranks;
     }
+}
+
+/// A mesh as it is in the file, of which no rank holds more than a part.
+TEST(Ranks, TheirMemoryFallsWithAFilesMesh) {
+    const Folder folder;
+    const Vector3 size(0.2, 0.1, 0.1);
+    write_beam(folder);
+    write_hierarchy(folder / "large.h5",
+                    make_hierarchy({test::block({52, 26, 26}, size),
+                                    test::block({26, 13, 13}, size), test::block({10, 5, 5}, size)},
+                                   "a beam"));
+    const auto peak_of = [&](int ranks, const std::string& mesh) {
+        std::string scene = held_beam + pressed + "strain: linear\noutput: {file: none}\n";
+        scene.replace(scene.find("beam.h5"), 7, mesh);
+        write_text(folder / "scene.yaml", scene);
+        EXPECT_EQ(livetet(folder, "solve scene.yaml --json told.json", mpirun(ranks)).status, 0);
+        const auto told = nlohmann::json::parse(text_of(folder / "told.json"));
+        return told["peak_bytes_most"].get<double>();
+    };
+    const double of_one = peak_of(1, "large.h5") - peak_of(1, "beam.h5");
+    for (const int ranks : {2, 8}) {
+        const double share = (peak_of(ranks, "large.h5") - peak_of(ranks, "beam.h5")) * ranks;
+        std::printf("%d ranks: %.2f\n", ranks, share / of_one);
+        EXPECT_LT(share, 1.7 * of_one) << ranks;
+    }
+}
+
+/// What each rank finds in its rows, and what they find together, ends all of them with one line.
+TEST(Ranks, WhatIsWrongWithAMeshIsOneLine) {
+    const Folder folder;
+    const auto refused = [&](auto&& damage, const std::string& text) {
+        MeshHierarchy beam = make_hierarchy(
+            {test::block({10, 5, 5}, {0.2, 0.1, 0.1}), test::block({5, 2, 2}, {0.2, 0.1, 0.1})},
+            "a beam");
+        damage(beam);
+        write_hierarchy(folder / "beam.h5", beam);
+        write_text(folder / "scene.yaml", held_beam + pressed);
+        for (const int ranks : {1, 3}) {
+            const auto outcome = livetet(folder, "solve scene.yaml", mpirun(ranks));
+            EXPECT_EQ(outcome.status, 2) << outcome.err;
+            std::istringstream lines(outcome.err);
+            std::string line, found;
+            int of_livetet = 0;
+            while (std::getline(lines, line))
+                if (line.starts_with("livetet: ")) {
+                    ++of_livetet;
+                    found = line;
+                }
+            EXPECT_EQ(of_livetet, 1) << outcome.err;
+            EXPECT_NE(found.find(text), std::string::npos) << ranks << " ranks: " << outcome.err;
+            EXPECT_FALSE(std::filesystem::exists(folder / "result.h5"));
+        }
+    };
+    const auto last_tet = [](MeshHierarchy& h) -> Tet& { return h.levels[0].tets.back(); };
+    refused([&](MeshHierarchy& h) { std::swap(last_tet(h)[0], last_tet(h)[1]); }, "level");
+    refused([&](MeshHierarchy& h) { last_tet(h)[2] = 396; },
+            "beam.h5: levels/0: tet 1499 names node 396, expected 0 to 395");
+    refused([&](MeshHierarchy& h) { h.levels[1].nodes.back().x() = std::nan(""); },
+            "beam.h5: levels/1: node 53 has a coordinate that is not finite");
+    refused([&](MeshHierarchy& h) { h.levels[0].nodes.emplace_back(1, 1, 1); }, "396");
+    refused(
+        [&](MeshHierarchy& h) {
+            h.levels[0].regions = {1, 2};
+        },
+        "beam.h5: levels/0: 2 region labels for 1500 tets");
+    refused(
+        [&](MeshHierarchy& h) {
+            h.levels[0].node_sets["end"] = {3, 396};
+        },
+        "beam.h5: levels/0/node_sets/end: names node 396");
+    refused([&](MeshHierarchy& h) { h.transfers[0].weights.back()[0] = 7; },
+            "beam.h5: transfers/0/weights: row 395 is 7");
+    refused([&](MeshHierarchy& h) { h.transfers[0].nodes.pop_back(); },
+            "beam.h5: transfers/0: has 395 nodes, 396 weights");
+    refused([&](MeshHierarchy& h) { std::swap(h.levels[0], h.levels[1]); }, "transfers/0");
 }
 
 /// What `explain --ranks` estimates against what a solve takes.

@@ -29,7 +29,7 @@ solver: {newton_tolerance: 1e-9, relative_tolerance: 1e-4}
 )";
 
 void prepare_swing(const Folder& folder) {
-    write_hierarchy(folder / "block.h5", make_hierarchy({test::block({12, 6, 6}, {0.2, 0.1, 0.1}),
+    write_hierarchy(folder / "block.h5", make_hierarchy({test::block({8, 4, 4}, {0.2, 0.1, 0.1}),
                                                          test::block({4, 2, 2}, {0.2, 0.1, 0.1})},
                                                         "a block"));
     write_text(folder / "whole.yaml",

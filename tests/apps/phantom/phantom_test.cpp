@@ -307,7 +307,7 @@ TEST(Phantom, TheSameSeedGivesTheSameBytesAndTheFolderHoldsTogether) {
     const PetscSession session(
         "phantom_test", {});  // MPI starts once in a process: all that solves is in this test
     const fs::path folder = fresh_folder();
-    const PhantomOptions options{.seed = 5, .spacing_mm = 3, .truth_tets = 6000};
+    const PhantomOptions options{.seed = 5, .spacing_mm = 3, .truth_tets = 3000};
     const auto names = write_phantom(folder / "one", options);
     (void)write_phantom(folder / "two", options);
     for (const fs::path& name : names) {
@@ -341,7 +341,7 @@ TEST(Phantom, TheSameSeedGivesTheSameBytesAndTheFolderHoldsTogether) {
     EXPECT_GT(read_sequence(folder / "one" / "sweep.igs.mha").samples.size(), 200U);
 
     // On one mesh the truth is the same twice.
-    const MeshHierarchy hierarchy = mesh_for_truth(images().labels, images().fixed_mask, 5000);
+    const MeshHierarchy hierarchy = mesh_for_truth(images().labels, images().fixed_mask, 3000);
     Truth once = a_truth(), twice = a_truth();
     solve_truth(hierarchy, phantom::targets(), once);
     solve_truth(hierarchy, phantom::targets(), twice);

@@ -2,12 +2,16 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 
+#include "base/error.hpp"
 #include "mesh/quadratic.hpp"
 #include "mesh/refine.hpp"
 #include "solvers/linear/transfer.hpp"
+#include "solvers/parallel/mesh_distribution.hpp"
 #include "solvers/parallel/partition.hpp"
+#include "support/partitioners.hpp"
 #include "support/ranks.hpp"
 #include "support/shapes.hpp"
 #include "support/whole_mesh.hpp"
@@ -91,17 +95,107 @@ TEST(DistributedHierarchy, RanksRefineTheirPartsToTheSameBody) {
         }
 }
 
-TEST(DistributedHierarchy, CoarseTetsHoldTheVolumesThatTheyStandFor) {
-    const MeshHierarchy whole = beam_levels();
-    const auto parts = partition_levels(PETSC_COMM_WORLD, whole, Partitioner::metis);
-    const DistributedHierarchy taken(PETSC_COMM_WORLD, whole, parts);
-    EXPECT_TRUE(taken.levels[0].share.volumes.empty());
-    const auto carried =
-        carried_volumes(nodal_volumes(whole.levels[0]), whole.transfers[0], whole.levels[1]);
-    const PartitionedMesh& share = taken.levels[1].share;
-    ASSERT_EQ(share.volumes.size(), share.tets.size());
-    for (std::size_t e = 0; e < share.tets.size(); ++e)
-        EXPECT_EQ(share.volumes[e], carried[share.tet_ids[e]]);
+/// What ranks find from their rows is what one rank finds from the whole mesh.
+TEST(DistributedHierarchy, RowsGiveWhatTheWholeMeshGives) {
+    if (test::rank_count() == 1) GTEST_SKIP() << "one rank keeps the whole mesh";
+    MeshHierarchy whole = beam_levels();
+    TetMesh& fine = whole.levels.front();
+    fine.node_sets["end"] = test::nodes_where(fine, [](const Vector3& x) { return x.x() < 1e-9; });
+    for (const Partitioner partitioner : test::partitioners()) {
+        const HierarchyRows rows = rows_of(PETSC_COMM_WORLD, whole);
+        const auto parts = partition_levels(PETSC_COMM_WORLD, rows, partitioner);
+        const DistributedHierarchy taken(PETSC_COMM_WORLD, rows, parts),
+            alone(PETSC_COMM_SELF, whole);
+        EXPECT_EQ(taken.tets, alone.tets);
+        EXPECT_TRUE(taken.levels[0].share.volumes.empty());
+        for (std::size_t l = 0; l < whole.levels.size(); ++l) {
+            const PartitionedMesh &share = taken.levels[l].share, &all = alone.levels[l].share;
+            for (std::size_t e = 0; e < share.tets.size(); ++e)
+                for (int k = 0; k < 4; ++k)
+                    EXPECT_EQ(share.nodes[share.tets[e][k]], all.tets[share.tet_ids[e]][k]);
+            for (std::size_t i = 0; i < share.nodes.size(); ++i)
+                EXPECT_EQ(share.rest[i], whole.levels[l].nodes[share.nodes[i]]);
+            if (l == 0) continue;
+            ASSERT_EQ(share.volumes.size(), share.tets.size());
+            for (std::size_t e = 0; e < share.tets.size(); ++e) {
+                const double expected = all.volumes[share.tet_ids[e]];
+                EXPECT_NEAR(share.volumes[e], expected, 1e-12 * expected);
+            }
+        }
+        const TransferRows& transfer = taken.between[0].rows;
+        const PartitionedMesh &share = taken.levels[0].share, &coarse = taken.levels[1].share;
+        ASSERT_EQ(transfer.map().size(), static_cast<std::size_t>(share.owned));
+        const std::vector<PetscInt> numbers = petsc_numbers(coarse, test::numbers_to(coarse.total));
+        for (std::size_t i = 0; i < transfer.map().size(); ++i)
+            for (int k = 0; k < 4; ++k) {
+                const auto n = static_cast<std::size_t>(share.nodes[i]);
+                EXPECT_EQ(transfer.number(transfer.map().nodes[i][k]),
+                          numbers[whole.transfers[0].nodes[n][k]]);
+                EXPECT_EQ(transfer.map().weights[i][k], whole.transfers[0].weights[n][k]);
+            }
+        const LocalNumbers local(share);
+        std::vector<std::int32_t> end;
+        for (const std::int32_t n : fine.node_sets["end"])
+            if (local[n] >= 0) end.push_back(local[n]);
+        std::ranges::sort(end);
+        EXPECT_EQ(local_sets(rows.rows.levels[0], share).nodes.at("end"), end);
+    }
+}
+
+TEST(DistributedHierarchy, TheFirstRankGivesEachItsRows) {
+    MeshHierarchy whole = with_refined_levels(beam_levels(), 1);
+    TetMesh& fine = whole.levels.front();
+    fine.node_sets["end"] = test::nodes_where(fine, [](const Vector3& x) { return x.x() < 1e-9; });
+    fine.triangle_sets["surface"] = boundary_triangles(fine.tets);
+    fine.regions.assign(fine.tets.size(), 3);
+    const HierarchyRows expected = rows_of(PETSC_COMM_WORLD, whole);
+    const HierarchyRows rows =
+        rows_from_first(PETSC_COMM_WORLD, test::rank() == 0 ? whole : MeshHierarchy{});
+    ASSERT_EQ(rows.sizes.size(), expected.sizes.size());
+    for (std::size_t l = 0; l < rows.sizes.size(); ++l) {
+        EXPECT_EQ(rows.sizes[l].nodes, expected.sizes[l].nodes);
+        EXPECT_EQ(rows.sizes[l].tets, expected.sizes[l].tets);
+        const TetMesh &found = rows.rows.levels[l], &mesh = expected.rows.levels[l];
+        EXPECT_EQ(found.nodes, mesh.nodes);
+        EXPECT_EQ(found.tets, mesh.tets);
+        EXPECT_EQ(found.regions, mesh.regions);
+        EXPECT_EQ(found.node_sets, mesh.node_sets);
+        EXPECT_EQ(found.triangle_sets, mesh.triangle_sets);
+    }
+    ASSERT_EQ(rows.rows.transfers.size(), expected.rows.transfers.size());
+    for (std::size_t l = 0; l < rows.rows.transfers.size(); ++l) {
+        EXPECT_EQ(rows.rows.transfers[l].nodes, expected.rows.transfers[l].nodes);
+        EXPECT_EQ(rows.rows.transfers[l].weights, expected.rows.transfers[l].weights);
+    }
+    EXPECT_EQ(rows.rows.parents, expected.rows.parents);
+    EXPECT_EQ(rows.rows.provenance, whole.provenance);
+}
+
+TEST(DistributedHierarchy, RowsOfABadMeshAreRefusedOnEveryRank) {
+    if (test::rank_count() == 1) GTEST_SKIP() << "one rank checks the whole mesh";
+    const auto refusal = [](auto&& damage) -> std::string {
+        MeshHierarchy whole = beam_levels();
+        HierarchyRows rows = rows_of(PETSC_COMM_WORLD, whole);
+        const auto parts = partition_levels(PETSC_COMM_WORLD, rows, Partitioner::metis);
+        damage(whole);
+        rows = rows_of(PETSC_COMM_WORLD, whole);
+        try {
+            (void)DistributedHierarchy(PETSC_COMM_WORLD, rows, parts);
+        } catch (const Error& error) {
+            return error.what();
+        }
+        return "taken";
+    };
+    EXPECT_EQ(refusal([](MeshHierarchy&) {}), "taken");
+    const auto inverted = refusal([](MeshHierarchy& h) {
+        std::swap(h.levels[0].tets.back()[0], h.levels[0].tets.back()[1]);
+    });
+    EXPECT_NE(inverted.find("mesh hierarchy, level 0: tet 1799 at"), std::string::npos) << inverted;
+    EXPECT_NE(inverted.find("is inverted"), std::string::npos) << inverted;
+    const auto unused = refusal([](MeshHierarchy& h) { h.levels[0].nodes.emplace_back(1, 1, 1); });
+    EXPECT_NE(unused.find("node 468 belongs to no tet"), std::string::npos) << unused;
+    const auto set = refusal([](MeshHierarchy& h) { h.levels[0].node_sets["end"] = {5, 9000}; });
+    EXPECT_EQ(set, "set end: names node 9000, expected 0 to 467");
 }
 
 }  // namespace

@@ -15,6 +15,16 @@
 namespace livetet {
 namespace {
 
+/// The rows of the nodes that this rank owns.
+BarycentricMap own_rows_of(const BarycentricMap& whole, const PartitionedMesh& share) {
+    BarycentricMap own;
+    for (std::int32_t i = 0; i < share.owned; ++i) {
+        own.nodes.push_back(whole.nodes[share.nodes[i]]);
+        own.weights.push_back(whole.weights[share.nodes[i]]);
+    }
+    return own;
+}
+
 /// Two levels on all ranks, and what of the coarse one is constrained.
 struct TwoLevels {
     explicit TwoLevels(std::vector<TetMesh> meshes)
@@ -22,10 +32,12 @@ struct TwoLevels {
         const auto parts = partition_levels(PETSC_COMM_WORLD, hierarchy, Partitioner::metis);
         for (std::size_t l = 0; l < 2; ++l)
             shares.push_back(distribute_mesh(PETSC_COMM_WORLD, hierarchy.levels[l], parts[l]));
-        rows.emplace(shares[0], shares[1], hierarchy.transfers[0]);
-        const LevelPieces pieces = level_pieces(coarse());
-        body.emplace(of_own_nodes(pieces, shares[1]),
-                     pieces_joined_by(fine(), pieces, hierarchy.transfers[0]), shares[1]);
+        transfer = own_rows_of(hierarchy.transfers[0], shares[0]);
+        rows.emplace(shares[1], transfer);
+        const LevelPieces pieces = level_pieces(shares[1]);
+        body.emplace(pieces,
+                     pieces_joined_by(PETSC_COMM_WORLD, level_pieces(shares[0]), pieces, *rows),
+                     shares[1]);
     }
     const TetMesh& fine() const { return hierarchy.levels[0]; }
     const TetMesh& coarse() const { return hierarchy.levels[1]; }
@@ -40,6 +52,7 @@ struct TwoLevels {
     }
     MeshHierarchy hierarchy;
     std::vector<PartitionedMesh> shares;
+    BarycentricMap transfer;
     std::optional<TransferRows> rows;
     std::optional<CoarseBody> body;
 };
@@ -48,10 +61,24 @@ double total(const std::vector<double>& volumes) {
     return std::accumulate(volumes.begin(), volumes.end(), 0.0);
 }
 
+std::vector<double> tet_volumes(const TetMesh& mesh) {
+    std::vector<double> volumes;
+    for (const Tet& t : mesh.tets) volumes.push_back(signed_volume(mesh, t));
+    return volumes;
+}
+
+/// Of the coarse tets, on one rank.
+std::vector<double> carried_volumes(const MeshHierarchy& h) {
+    const PartitionedMesh fine = distribute_mesh(PETSC_COMM_SELF, h.levels[0], {}),
+                          coarse = distribute_mesh(PETSC_COMM_SELF, h.levels[1], {});
+    return livetet::carried_volumes(nodal_volumes(fine), TransferRows(coarse, h.transfers[0]),
+                                    coarse);
+}
+
 TEST(CarriedVolumes, OfNestedLevelsTheTotalAndInsideEveryTetsOwn) {
     const MeshHierarchy h = make_hierarchy(
         {test::block({16, 8, 8}, test::beam_size), test::block({8, 4, 4}, test::beam_size)}, "");
-    const auto carried = carried_volumes(nodal_volumes(h.levels[0]), h.transfers[0], h.levels[1]);
+    const auto carried = carried_volumes(h);
     const auto own = tet_volumes(h.levels[1]);
     EXPECT_NEAR(total(carried), total(own), 0.02 * total(own));
     for (std::size_t e = 0; e < own.size(); ++e) EXPECT_NEAR(carried[e], own[e], 0.5 * own[e]) << e;
@@ -60,12 +87,10 @@ TEST(CarriedVolumes, OfNestedLevelsTheTotalAndInsideEveryTetsOwn) {
 /// A coarse mesh that covers four fifths of the body in each direction: its outer tets carry what
 /// lies outside.
 TEST(CarriedVolumes, OfABodyThatTheCoarseMeshDoesNotCover) {
-    const TetMesh fine = test::block({16, 8, 8}, test::beam_size);
     TetMesh coarse = test::block({8, 4, 4}, 0.8 * test::beam_size);
     for (Vector3& x : coarse.nodes) x += 0.1 * test::beam_size;
-    const MeshHierarchy h = make_hierarchy({fine, coarse}, "");
-    const auto own = tet_volumes(coarse);
-    const auto carried = carried_volumes(nodal_volumes(fine), h.transfers[0], coarse);
+    const MeshHierarchy h = make_hierarchy({test::block({16, 8, 8}, test::beam_size), coarse}, "");
+    const auto own = tet_volumes(coarse), carried = carried_volumes(h);
     EXPECT_LT(total(own), 0.52 * test::beam_size.prod());
     EXPECT_NEAR(total(carried), test::beam_size.prod(), 0.15 * test::beam_size.prod());
     double inside = 0, outside = 0;  // ratios, of the tet in the middle and of one at a corner
@@ -97,7 +122,8 @@ TEST(Transfer, LinearFieldsGoDownAndConstantsUp) {
         return Vector3(0.1 + x.y() - 2 * x.z(), 3 * x.x(), x.sum());
     };
     for (std::size_t l = 0; l + 1 < h.levels.size(); ++l) {
-        const TransferRows rows(shares[l], shares[l + 1], h.transfers[l]);
+        const BarycentricMap own = own_rows_of(h.transfers[l], shares[l]);
+        const TransferRows rows(shares[l + 1], own);
         Transfer transfer(shares[l], shares[l + 1], rows);
         transfer.set_constrained(shares[l], std::vector<std::uint8_t>(shares[l].owned, 0),
                                  std::vector<std::uint8_t>(shares[l + 1].owned, 0));

@@ -47,9 +47,7 @@ void expect_share_of(const TetMesh& whole, const FinerShare& finer) {
     MPI_Allreduce(MPI_IN_PLACE, owners.data(), static_cast<int>(owners.size()), MPI_INT, MPI_SUM,
                   PETSC_COMM_WORLD);
     EXPECT_TRUE(std::ranges::all_of(owners, [](int n) { return n == 1; }));
-    const std::vector<PetscInt> number_of_node = node_numbers(share);
-    for (std::size_t i = 0; i < share.nodes.size(); ++i)
-        EXPECT_EQ(share.numbers[i], number_of_node[share.nodes[i]]);
+    EXPECT_EQ(share.numbers, petsc_numbers(share, share.nodes));
     EXPECT_TRUE(std::is_sorted(share.nodes.begin(), share.nodes.begin() + share.owned));
     const std::set<std::int32_t> own(share.nodes.begin(), share.nodes.begin() + share.owned);
     const auto is_own = [&](std::int32_t n) { return own.contains(n); };
@@ -67,7 +65,7 @@ void expect_share_of(const TetMesh& whole, const FinerShare& finer) {
                       i < 4 ? whole.tets[id][i] : whole.edge_nodes[id][i - 4]);
     }
     // 3. sets
-    const LocalSets expected = local_sets(whole, share);
+    const LocalSets expected = local_sets(test::rows_of(whole), share);
     EXPECT_EQ(finer.sets.nodes, expected.nodes);
     ASSERT_EQ(finer.sets.triangles.size(), 1u);
     EXPECT_EQ(sorted(finer.sets.triangles.at("face")), sorted(expected.triangles.at("face")));
@@ -89,7 +87,7 @@ TEST(FinerShare, RanksMakeOfTheirPartsWhatIsMadeOfTheWhole) {
     const TetMesh& block = whole.levels.front();
     PartitionedMesh share =
         distribute_mesh(PETSC_COMM_WORLD, block, partition_tets(block.tets, test::rank_count()));
-    LocalSets sets = local_sets(block, share);
+    LocalSets sets = local_sets(test::rows_of(block), share);
     for (int times = 0; times < 2; ++times) {
         const FinerShare quadratic = quadratic_share(share, sets);
         expect_share_of(quadratic_mesh(whole.levels.front()), quadratic);
@@ -109,7 +107,7 @@ TEST(FinerShare, ATriangleThatIsNoFaceIsRefusedOnEveryRank) {
     const PartitionedMesh share =
         distribute_mesh(PETSC_COMM_WORLD, block, partition_tets(block.tets, test::rank_count()));
     try {
-        (void)local_sets(block, share);
+        (void)local_sets(test::rows_of(block), share);
         ADD_FAILURE() << "taken";
     } catch (const Error& error) {
         EXPECT_NE(std::string(error.what()).find("set face: found a triangle 0, 1, "),
@@ -125,8 +123,10 @@ TEST(FinerShare, SomeRanksMayHaveNothing) {
     const PartitionedMesh share =
         distribute_mesh(PETSC_COMM_WORLD, block, std::vector<std::int32_t>(block.tets.size(), 0));
     const MeshHierarchy whole = with_refined_levels(make_hierarchy({block}, "a block"), 1);
-    expect_share_of(whole.levels.front(), refined_share(share, local_sets(block, share)));
-    expect_share_of(quadratic_mesh(block), quadratic_share(share, local_sets(block, share)));
+    expect_share_of(whole.levels.front(),
+                    refined_share(share, local_sets(test::rows_of(block), share)));
+    expect_share_of(quadratic_mesh(block),
+                    quadratic_share(share, local_sets(test::rows_of(block), share)));
 }
 
 }  // namespace

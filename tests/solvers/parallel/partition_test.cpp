@@ -6,6 +6,8 @@
 
 #include "base/error.hpp"
 #include "mesh/refine.hpp"
+#include "solvers/parallel/exchange.hpp"
+#include "support/partitioners.hpp"
 #include "support/ranks.hpp"
 #include "support/shapes.hpp"
 
@@ -50,10 +52,12 @@ TEST(Partition, handles_one_part_and_refuses_nonsense) {
 }
 
 TEST(Partition, in_parallel_is_balanced_and_cuts_few_faces) {
+    if (test::partitioners().size() < 2) GTEST_SKIP() << "PTScotch has 32-bit indices";
     const TetMesh mesh = test::block({12, 10, 8}, Vector3(0.15, 0.11, 0.08));
     for (const int parts : {1, 2, 5}) {
-        const std::vector<std::int32_t> part =
-            partition_tets_in_parallel(PETSC_COMM_WORLD, mesh.tets, parts);
+        const std::vector<std::int32_t> part = of_all_ranks(
+            PETSC_COMM_WORLD, partition_tets_in_parallel(PETSC_COMM_WORLD, test::rows_of(mesh).tets,
+                                                         test::size_of(mesh), parts));
         ASSERT_EQ(part.size(), mesh.tets.size());
         const double fair = static_cast<double>(mesh.tets.size()) / parts;
         std::size_t faces = 0;
@@ -77,7 +81,7 @@ TEST(Partition, a_refined_level_takes_the_parts_of_the_tets_it_was_cut_from) {
     const int ranks = test::rank_count();
     const MeshHierarchy hierarchy = with_refined_levels(
         make_hierarchy({test::block({8, 6, 6}, Vector3(0.2, 0.1, 0.1))}, "a block"), 1);
-    for (const Partitioner partitioner : {Partitioner::metis, Partitioner::ptscotch}) {
+    for (const Partitioner partitioner : test::partitioners()) {
         const auto parts = partition_levels(PETSC_COMM_WORLD, hierarchy, partitioner);
         ASSERT_EQ(parts.size(), 2u);
         ASSERT_EQ(parts[0].size(), hierarchy.levels[0].tets.size());
@@ -101,6 +105,13 @@ TEST(Partition, a_refined_level_takes_the_parts_of_the_tets_it_was_cut_from) {
     }
 }
 
+/// The owners of all nodes.
+std::vector<std::int32_t> owners_of(const TetMesh& whole, const std::vector<std::int32_t>& parts) {
+    return of_all_ranks(PETSC_COMM_WORLD,
+                        node_owners(PETSC_COMM_WORLD, test::rows_of(whole), test::size_of(whole),
+                                    test::table_rows(parts)));
+}
+
 TEST(Partition, ANodeBelongsToThePartOfMostTetsAtIt) {
     TetMesh mesh = test::block({2, 1, 1}, Vector3(0.2, 0.1, 0.1));
     std::vector<std::int32_t> parts;
@@ -109,7 +120,7 @@ TEST(Partition, ANodeBelongsToThePartOfMostTetsAtIt) {
         for (const std::int32_t n : t) middle += mesh.nodes[n].x() / 4;
         parts.push_back(middle > 0.1 ? 5 : 2);
     }
-    const std::vector<std::int32_t> owner = node_owners(mesh, parts);
+    const std::vector<std::int32_t> owner = owners_of(mesh, parts);
     ASSERT_EQ(owner.size(), mesh.nodes.size());
     for (std::size_t n = 0; n < owner.size(); ++n) {
         int of_two = 0, of_five = 0;
@@ -129,7 +140,7 @@ TEST(Partition, ACoarserLevelIsCutWhereTheFinestIs) {
                         test::block({5, 4, 3}, size)},
                        "blocks");
     const int ranks = test::rank_count();
-    for (const Partitioner partitioner : {Partitioner::metis, Partitioner::ptscotch}) {
+    for (const Partitioner partitioner : test::partitioners()) {
         const auto parts = partition_levels(PETSC_COMM_WORLD, h, partitioner);
         std::vector<std::vector<std::int32_t>> owners;
         for (std::size_t l = 0; l < parts.size(); ++l) {
@@ -143,7 +154,7 @@ TEST(Partition, ACoarserLevelIsCutWhereTheFinestIs) {
                 << "ranks at work on level " << l;
             const double fair = static_cast<double>(parts[l].size()) / static_cast<double>(worth);
             EXPECT_LT(static_cast<double>(*std::max_element(tets.begin(), tets.end())), 1.5 * fair);
-            owners.push_back(node_owners(h.levels[l], parts[l]));
+            owners.push_back(owners_of(h.levels[l], parts[l]));
         }
         std::size_t own = 0, all = 0;
         for (std::size_t i = 0; i < h.transfers[0].size(); ++i)

@@ -38,7 +38,8 @@ TEST_P(PartitionedMeshTest, EveryNodeHasOneOwnerAndOneNumber) {
     MPI_Allreduce(MPI_IN_PLACE, owners.data(), static_cast<int>(owners.size()), MPI_INT, MPI_SUM,
                   PETSC_COMM_WORLD);
     EXPECT_TRUE(std::all_of(owners.begin(), owners.end(), [](int n) { return n == 1; }));
-    const std::vector<PetscInt> number_of_node = node_numbers(mesh);
+    const std::vector<PetscInt> number_of_node =
+        petsc_numbers(mesh, test::numbers_to(whole.nodes.size()));
     std::set<PetscInt> numbers(number_of_node.begin(), number_of_node.end());
     EXPECT_EQ(numbers.size(), whole.nodes.size());
     EXPECT_EQ(*numbers.begin(), 0);
