@@ -247,7 +247,6 @@ void register_fiducials(const RegisterArguments& a) {
         fail(
             "--landmarks, --later-points, --registration, --json, --live and --publish go with "
             "--deform SCENE");
-    if (a.materials.support) fail("--support goes with --materials SCENE");
     if (a.surface.empty() && !(a.surface_points.empty() && a.surface_frames.empty()))
         fail("--surface-points and --surface-frames lie on the organ, expected --surface FILE too");
     const std::string& touched = a.surface_points.empty() ? a.tracker : a.surface_points;
@@ -295,6 +294,29 @@ void register_fiducials(const RegisterArguments& a) {
     if (a.output.empty()) return;
     write_registration(a.output, r);
     fmt::print("written      {}\n", a.output.string());
+}
+
+/// Throws Error for an option that changes nothing in this use of the command.
+void refuse_idle_options(const CLI::App& command, const RegisterArguments& a) {
+    const bool deforms = !a.scene.empty(), finds_materials = !a.materials.scene.empty();
+    const bool of_surface = !deforms && !finds_materials && !a.surface.empty();
+    const bool has_stream = is_stream(a.tracker) || is_stream(a.surface_points);
+    const bool has_dwells = !deforms && !finds_materials && !is_stream(a.tracker) &&
+                            !a.tracker.empty() && !is_point_list(a.tracker);
+    struct Option {
+        const char* name;
+        bool has_effect;
+        const char* needs;
+    };
+    // Points to deform by may come from the scene, which is read later.
+    const bool may_stream = has_stream || (deforms && a.surface_points.empty());
+    for (const Option& option : {Option{"--surface-left-out", of_surface, "--surface FILE"},
+                                 Option{"--space", of_surface, "--surface FILE"},
+                                 Option{"--support", finds_materials, "--materials SCENE"},
+                                 Option{"--dwells", has_dwells, "--tracker with a recording"},
+                                 Option{"--for", may_stream, "a source openigtlink://host:port"}})
+        if (command.count(option.name) > 0 && !option.has_effect)
+            fail("{}: has no effect here, expected {} too", option.name, option.needs);
 }
 
 void add_surface_options(CLI::App* command, const std::shared_ptr<RegisterArguments>& a) {
@@ -401,7 +423,8 @@ void add_register_command(CLI::App& app, ExitStatus& status) {
     add_deform_options(command, a);
     command->add_option("-o,--output", a->output,
                         "write the registration to this file (.json) for `livetet track`");
-    command->callback([a, &status] {
+    command->callback([a, command, &status] {
+        refuse_idle_options(*command, *a);
         if (!a->materials.scene.empty())
             status.value = register_materials(*a);
         else if (a->scene.empty())

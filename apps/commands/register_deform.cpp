@@ -33,11 +33,6 @@ namespace {
 
 using nlohmann::json;
 
-bool is_point_list(const std::string& name) {
-    const std::string end = ending(name);
-    return end == ".csv" || end == ".json" || end == ".fcsv";
-}
-
 /// What the command line does not name is taken from the scene.
 void take_from_scene(RegisterArguments& a, const DeformOptions& deform) {
     if (a.surface_points.empty()) a.surface_points = deform.surface_points;
@@ -71,6 +66,9 @@ void check_deform_arguments(const RegisterArguments& a) {
             "FILE",
             a.output.string());
     if (!a.output.empty()) expect_ending("--output", a.output, ".json");
+    if (a.length_s && !is_stream(a.surface_points))
+        fail("--for {:g}: has no effect here, expected points of a source openigtlink://host:port",
+             *a.length_s);
     if (!a.follow.publish.empty() && !a.follow.live)
         fail("--publish {}: has no effect without --live", a.follow.publish);
     for (const std::string& later : a.follow.later_points)

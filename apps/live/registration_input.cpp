@@ -18,12 +18,12 @@
 
 namespace livetet {
 
-namespace {
-
-bool is_list(const std::filesystem::path& path) {
+bool is_point_list(const std::filesystem::path& path) {
     const std::string end = ending(path);
     return end == ".json" || end == ".fcsv" || end == ".csv";
 }
+
+namespace {
 
 /// "80:150,175:245": windows of frames, half-open.
 std::vector<FrameWindow> parse_windows(const std::string& text, const char* option) {
@@ -165,7 +165,7 @@ CollectedFiducials collect_fiducials(const RegisterArguments& a, const SourceRea
     for (const NamedPoint& p : in_image)
         r.fiducials.push_back({.name = p.name, .in_image = p.position});
     set_weights(a, r);
-    if (is_list(a.tracker)) {
+    if (is_point_list(a.tracker)) {
         if (!a.reference.empty())
             fail("--reference needs a recording, {} holds points only", a.tracker);
         const std::vector<NamedPoint> touched = read_point_list(a.tracker);
@@ -248,7 +248,7 @@ std::vector<Eigen::Vector3d> collect_surface_points(const RegisterArguments& a,
             "--surface {}: no points on it, expected --surface-points FILE, or --surface-frames "
             "FIRST:END of {}",
             a.surface.string(), source);
-    if (is_list(source)) {
+    if (is_point_list(source)) {
         if (!a.surface_frames.empty())
             fail("{}: holds points, expected a recording for --surface-frames {}", source,
                  a.surface_frames);

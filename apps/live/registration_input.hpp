@@ -70,6 +70,9 @@ std::vector<double> weights_of(const FiducialRegistration& r);
 /// Pairs fiducial i of the image with the point touched as number order[i].
 void reorder_touched(CollectedFiducials& fiducials, const std::vector<std::size_t>& order);
 
+/// Whether this is a list of points by its name, not a recording or stream.
+bool is_point_list(const std::filesystem::path& path);
+
 /// A list of named points: .mrk.json, .fcsv or .csv, m.
 std::vector<NamedPoint> read_point_list(const std::filesystem::path& path);
 

@@ -373,6 +373,9 @@ TEST(RegisterDeform, RefusesScenesAndOptionsThatItCannotTake) {
     expect_refused(livetet(block.folder, "register --deform scene.yaml"), {"--surface-points"});
     expect_refused(block.run("-o better.json"), {"better.json", "--registration"});
     expect_refused(block.run("--scale"), {"--scale", "--deform"});
+    for (const char* idle :
+         {"--surface-left-out 0.2", "--space lps", "--support", "--for 3", "--dwells 1:2"})
+        expect_refused(block.run(idle), {"has no effect here"});
     expect_refused(livetet(block.folder, "register --tracker points.csv"), {"--image is missing"});
     std::string held = scene;
     held.replace(held.find("sphere_mm: [40, 40, 40, 22]"), 27, "sphere_mm: [40, 40, 0, 12]");

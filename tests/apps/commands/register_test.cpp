@@ -339,6 +339,9 @@ TEST(Register, RefusesSurfacesWithoutPointsAndPointsWithoutASurface) {
     expect_refused(t.run("--surface block.h5"),
                    {"block.h5", "--surface-points", "--surface-frames"});
     expect_refused(t.run("--surface-points points.csv"), {"--surface FILE"});
+    for (const char* idle : {"--surface-left-out 0.2", "--space lps", "--support", "--for 3"})
+        expect_refused(t.run(idle), {std::string(idle).substr(0, std::string(idle).find(' ')),
+                                     "has no effect here"});
     write_points_csv(t.folder / "points.csv", std::vector<NamedPoint>{{"a", {0, 0, 0}}});
     expect_refused(t.run("--surface block.h5 --surface-points points.csv"),
                    {"1 points", "expected at least 10"});
