@@ -61,7 +61,7 @@ TEST(ScalingModel, OfARefinedMeshTheFilesIsPartitioned) {
         const double unknowns = of_file * model.points[k].ranks;
         EXPECT_DOUBLE_EQ(model.points[k].partition_s, unknowns < 5e4 ? each_s * unknowns : 0);
     }
-    EXPECT_GT(model.points[3].partition_s, 0);
+    EXPECT_GT(model.points[2].partition_s, 0);
     EXPECT_EQ(model.points.back().partition_s, 0);
 }
 

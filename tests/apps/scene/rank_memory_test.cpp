@@ -15,9 +15,12 @@ TEST(RankMemory, SharesWhatIsOwn) {
     const RankMemory one = memory_of_rank(levels, 1, 0), eight = memory_of_rank(levels, 8, 0);
     EXPECT_EQ(one.own, levels[0].bytes + levels[1].bytes);
     EXPECT_EQ(one.whole, levels[0].mesh_bytes + levels[1].mesh_bytes);
-    EXPECT_LT(eight.whole, one.whole) << "the rest of a rank's own comes when it has gone";
+    EXPECT_EQ(memory_of_rank(levels, 2, 0).whole, 0) << "a rank's own comes when METIS has ended";
     EXPECT_GT(memory_of_rank(levels, 60, 0).whole, eight.whole);
     EXPECT_EQ(memory_of_rank(levels, 60, 1).whole, 0) << "ranks make the fine level themselves";
+    std::vector<LevelSize> many = levels;  // of more tets than METIS takes
+    many[0].tets = 1'000'000;
+    EXPECT_LT(memory_of_rank(many, 60, 0).whole, memory_of_rank(levels, 60, 0).whole);
     EXPECT_EQ(memory_of_rank(levels, 1, 1).whole, one.whole);
     EXPECT_EQ(one.program, eight.program);
     // The coarse level stays on one rank; each share of the fine one has its neighbours' nodes.
