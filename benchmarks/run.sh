@@ -104,7 +104,9 @@ registration() {
     measure registration registration $(full '' '--quick --seeds 1 --tets 2000 --truth-tets 2000') --json "$out/registration.json" \
         $(full "--figure $out/registration.png" '')
 }
-scaling() { measure scaling scaling $(full '--ranks 1,2 --compare gamg' '--unknowns 20000 --ranks 1,2') --json "$out/scaling.json"; }
+scaling() {
+    measure scaling scaling $(full "--figure $out/scaling.png" '--unknowns 20000 --ranks 1,2') --json "$out/scaling.json"
+}
 kernels() {
     local name
     for name in kernels batch_kernels; do
