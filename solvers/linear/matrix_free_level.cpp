@@ -17,7 +17,6 @@ MatrixFreeLevel::MatrixFreeLevel(LevelAssembler& level, int smoothing_steps)
       smoother_(positive_, smoothing_steps, lowest_smoothed),
       x_(make_vector(level.share())),
       f_(make_vector(level.share())),
-      left_(positive_.vector_size(), 0.0F),
       matrix_(make_shell_matrix<&MatrixFreeLevel::multiply>(
           level.share().comm, static_cast<PetscInt>(positive_.components()), *this)) {}
 
@@ -88,10 +87,9 @@ void MatrixFreeLevel::correct() {
         LIVETET_PETSC(MatCreateVecs(P, coarse_r_.out(), r_.out()));
         LIVETET_PETSC(VecDuplicate(coarse_r_.get(), coarse_z_.out()));
     }
-    smoother_.residual(left_);
     {
         WriteArray r(r_.get());
-        for (std::size_t i = 0; i < r.span().size(); ++i) r[i] = left_[i];
+        smoother_.visit_residual([&](std::size_t i, float of_i) { r[i] = of_i; });
     }
     LIVETET_PETSC(MatMultTranspose(P, r_.get(), coarse_r_.get()));
     LIVETET_PETSC(KSPSolve(coarse_, coarse_r_.get(), coarse_z_.get()));

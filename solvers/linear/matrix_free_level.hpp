@@ -1,8 +1,6 @@
 #pragma once
 
-#include <memory>
 #include <span>
-#include <vector>
 
 #include "solvers/linear/matrix_free_smoother.hpp"
 #include "solvers/linear/transfer.hpp"
@@ -58,7 +56,6 @@ class MatrixFreeLevel {
     ElementRotations fixed_;      ///< in double precision, where the body does not turn
     PetscHandle<Vec> x_, f_;      ///< with ghosts
     PetscHandle<Vec> r_, coarse_r_, coarse_z_;
-    std::vector<float> left_;
     PetscHandle<Mat> matrix_;
     PC pc_ = nullptr;
     KSP coarse_ = nullptr;

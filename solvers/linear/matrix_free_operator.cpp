@@ -38,8 +38,7 @@ MatrixFreeOperator::MatrixFreeOperator(LevelAssembler& level, ThreadTeam& team)
       team_(team),
       stiffness_(level.with_shape(
           [&](auto count) { return diagonal_stiffness<decltype(count)::value>(level); })),
-      x_(3 * level.share().nodes.size() + 1, 0.0F),
-      force_(x_.size(), 0.0F),
+      force_(3 * level.share().nodes.size() + 1, 0.0F),
       shift_(3 * stiffness_.size(), 0.0F),
       diagonal_(shift_.size(), 1.0F),
       free_(shift_.size(), 1.0F) {
@@ -88,6 +87,7 @@ void MatrixFreeOperator::add_products(Tangent tangent, std::span<float> x) {
 }
 
 void MatrixFreeOperator::multiply(std::span<const double> x, std::span<double> y) {
+    x_.resize(force_.size(), 0.0F);
     over_components([&](std::size_t i) { x_[i] = static_cast<float>(x[i]); });
     add_products(tangent_, x_);
     over_components([&](std::size_t i) { y[i] = free_[i] * (force_[i] + shift_[i] * x_[i]); });

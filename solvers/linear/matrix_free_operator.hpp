@@ -74,7 +74,7 @@ class MatrixFreeOperator {
     std::span<const float> free() const { return free_; }
     std::size_t components() const { return free_.size(); }  ///< of this rank's own nodes
     /// Numbers in a vector: three a local node, and one behind.
-    std::size_t vector_size() const { return x_.size(); }
+    std::size_t vector_size() const { return force_.size(); }
     /// Collective.
     double sum_over_ranks(double of_this_rank) const;
     /// s, and the diagonal m M + springs of each component.
@@ -96,7 +96,8 @@ class MatrixFreeOperator {
     Tangent tangent_ = Tangent::exact;
     double s_ = -1, m_ = -1;        ///< below zero: the diagonal is to be made
     std::vector<float> stiffness_;  ///< a third of the trace of K's diagonal block, N/m, a node
-    std::vector<float> x_, force_;
+    std::vector<float> x_;          ///< of multiply, from its first call on
+    std::vector<float> force_;
     std::vector<float> shift_, diagonal_, free_;  ///< of each component
 };
 

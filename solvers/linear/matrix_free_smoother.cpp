@@ -55,9 +55,4 @@ void MatrixFreeSmoother::smooth(bool from_zero) {
     }
 }
 
-void MatrixFreeSmoother::residual(std::span<float> r) {
-    const auto free = A_.free();
-    A_.visit_positive(x_, [&](std::size_t i, float Ax) { r[i] = free[i] * (b_[i] - Ax); });
-}
-
 }  // namespace livetet

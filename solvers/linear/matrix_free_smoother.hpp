@@ -24,7 +24,15 @@ class MatrixFreeSmoother {
     /// x += ChebyshevSteps for A x = b; `from_zero`: x is 0, whatever it holds.
     void smooth(bool from_zero);
     /// r = b - A x, zero at constrained components.
-    void residual(std::span<float> r);
+    void residual(std::span<float> r) {
+        visit_residual([&](std::size_t i, float of_i) { r[i] = of_i; });
+    }
+    /// visit(i, r_i) of the same.
+    template <class Visit>
+    void visit_residual(Visit&& visit) {
+        const auto free = A_.free();
+        A_.visit_positive(x_, [&](std::size_t i, float Ax) { visit(i, free[i] * (b_[i] - Ax)); });
+    }
 
     std::vector<float>& b() { return b_; }
     std::vector<float>& x() { return x_; }
