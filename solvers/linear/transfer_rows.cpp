@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "base/sort_and_unique.hpp"
+
 namespace livetet {
 
 namespace {
@@ -11,9 +13,7 @@ namespace {
 std::vector<std::int32_t> make_columns(BarycentricMap& rows) {
     std::vector<std::int32_t> nodes;
     for (const auto& row : rows.nodes) nodes.insert(nodes.end(), row.begin(), row.end());
-    std::ranges::sort(nodes);
-    const auto rest = std::ranges::unique(nodes);
-    nodes.erase(rest.begin(), rest.end());
+    sort_and_unique(nodes);
     for (auto& row : rows.nodes)
         for (std::int32_t& n : row)
             n = static_cast<std::int32_t>(std::ranges::lower_bound(nodes, n) - nodes.begin());

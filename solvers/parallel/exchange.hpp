@@ -24,7 +24,7 @@ std::vector<T> exchange(MPI_Comm comm, std::span<const std::int32_t> ranks,
     const std::vector<std::byte> came =
         exchange_bytes(comm, ranks, std::as_bytes(std::span(items)), sizeof(T));
     std::vector<T> values(came.size() / sizeof(T));
-    std::memcpy(values.data(), came.data(), came.size());
+    if (!came.empty()) std::memcpy(values.data(), came.data(), came.size());
     return values;
 }
 

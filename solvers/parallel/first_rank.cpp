@@ -1,10 +1,9 @@
 #include "solvers/parallel/first_rank.hpp"
 
 #include <cstdint>
-#include <exception>
 
-#include "base/error.hpp"
 #include "base/petsc.hpp"
+#include "base/together.hpp"
 
 namespace livetet {
 
@@ -23,17 +22,9 @@ void on_first_rank(const std::function<void()>& work) { on_first_rank(PETSC_COMM
 void on_first_rank(MPI_Comm comm, const std::function<void()>& work) {
     int rank = 0;
     MPI_Comm_rank(comm, &rank);
-    std::exception_ptr own;
-    std::string problem;
-    try {
+    together(comm, [&] {
         if (rank == 0) work();
-    } catch (const std::exception& error) {
-        own = std::current_exception();
-        problem = error.what();
-    }
-    problem = same_on_all(comm, std::move(problem));
-    if (own) std::rethrow_exception(own);  // keeps its type: not every error is the user's
-    if (!problem.empty()) throw Error(problem);
+    });
 }
 
 }  // namespace livetet

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/sort_and_unique.hpp"
 #include "solvers/parallel/exchange.hpp"
 #include "solvers/parallel/sum_over_ranks.hpp"
 
@@ -75,14 +76,9 @@ LevelPieces level_pieces(const PartitionedMesh& share) {
     LevelPieces pieces;
     pieces.of_node = lowest_nodes(share);
     std::vector<std::int32_t> names = pieces.of_node;  // lowest nodes
-    const auto sort_names = [&] {
-        std::ranges::sort(names);
-        const auto rest = std::ranges::unique(names);
-        names.erase(rest.begin(), rest.end());
-    };
-    sort_names();
+    sort_and_unique(names);
     names = of_all_ranks(share.comm, names);
-    sort_names();
+    sort_and_unique(names);
     for (std::int32_t& piece : pieces.of_node)
         piece = static_cast<std::int32_t>(std::ranges::lower_bound(names, piece) - names.begin());
 

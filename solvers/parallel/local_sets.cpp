@@ -1,12 +1,12 @@
 #include "solvers/parallel/local_sets.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <set>
 
 #include "base/error.hpp"
 #include "base/together.hpp"
-#include "solvers/parallel/exchange.hpp"
-#include "solvers/parallel/row_blocks.hpp"
+#include "solvers/parallel/row_ranks.hpp"
 
 namespace livetet {
 
@@ -17,7 +17,7 @@ namespace {
 class SetsOfRanks {
   public:
     explicit SetsOfRanks(const PartitionedMesh& share)
-        : share_(share), rows_(row_range(share.comm, share.total)) {
+        : share_(share), rows_(share.comm, share.total) {
         int rank = 0;
         MPI_Comm_rank(share.comm, &rank);
         const std::vector<double> own(static_cast<std::size_t>(share.owned), rank);
@@ -30,19 +30,14 @@ class SetsOfRanks {
 
   private:
     const PartitionedMesh& share_;
-    RowRange rows_;
+    RowRanks rows_;
     std::vector<double> owners_;  ///< of the nodes of this rank's rows
 };
 
 /// The local nodes of a set, from some of its members on each rank.
 std::vector<std::int32_t> SetsOfRanks::nodes_here(const std::vector<std::int32_t>& set) const {
-    std::vector<std::int32_t> to;
-    for (const std::int32_t n : set)
-        to.push_back(static_cast<std::int32_t>(rank_of_row(
-            static_cast<std::size_t>(n), share_.total, static_cast<std::size_t>(share_.ranks))));
-    std::vector<std::uint8_t> is_in(rows_.size(), 0);
-    for (const std::int32_t n : exchange(share_.comm, to, set))
-        is_in[static_cast<std::size_t>(n) - rows_.first] = 1;
+    std::vector<std::uint8_t> is_in(rows_.here().size(), 0);
+    for (const std::int32_t n : rows_.send(set, std::identity())) is_in[rows_.place(n)] = 1;
     const auto local = RowBlocks(share_.comm, share_.total, share_.nodes)
                            .from_block(std::span<const std::uint8_t>(is_in), 1);
     std::vector<std::int32_t> nodes;
@@ -77,8 +72,8 @@ void check_nodes(const std::string& name, std::span<const std::int32_t> nodes, s
                  static_cast<std::int64_t>(total) - 1);
 }
 
-/// That triangles, in the whole mesh's nodes, are faces of local tets, which all those at own nodes
-/// are.
+/// All tets at own nodes are local, so that a triangle with an own node must be a face of one.
+/// `triangles`: in the whole mesh's nodes.
 void check_faces(const PartitionedMesh& share, const std::string& name,
                  const std::vector<Triangle>& triangles) {
     const auto sorted = [](Triangle t) {

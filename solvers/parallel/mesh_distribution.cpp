@@ -6,31 +6,20 @@
 #include <numeric>
 #include <string>
 
+#include "base/sort_and_unique.hpp"
 #include "base/together.hpp"
-#include "solvers/parallel/exchange.hpp"
 #include "solvers/parallel/first_rank.hpp"
 #include "solvers/parallel/node_values.hpp"
 #include "solvers/parallel/partition.hpp"
-#include "solvers/parallel/row_blocks.hpp"
+#include "solvers/parallel/row_ranks.hpp"
 
 namespace livetet {
 
-namespace {
-
-struct Ranks {
-    explicit Ranks(MPI_Comm comm) {
-        MPI_Comm_rank(comm, &rank);
-        MPI_Comm_size(comm, &count);
-    }
-    int rank = 0, count = 1;
-};
-
-}  // namespace
-
 HierarchyRows rows_of(MPI_Comm comm, const MeshHierarchy& whole) {
-    const Ranks ranks(comm);
-    return rows_of(whole, static_cast<std::size_t>(ranks.rank),
-                   static_cast<std::size_t>(ranks.count));
+    int rank = 0, ranks = 1;
+    MPI_Comm_rank(comm, &rank);
+    MPI_Comm_size(comm, &ranks);
+    return rows_of(whole, static_cast<std::size_t>(rank), static_cast<std::size_t>(ranks));
 }
 
 namespace {
@@ -39,7 +28,7 @@ namespace {
 /// every rank.
 class Dealer {
   public:
-    explicit Dealer(MPI_Comm comm) : comm_(comm), ranks_(comm) {}
+    explicit Dealer(MPI_Comm comm) : comm_(comm) {}
 
     std::int64_t number(std::size_t of_first) const {
         auto n = static_cast<std::int64_t>(of_first);
@@ -50,11 +39,7 @@ class Dealer {
     /// Each rank's rows of a table.
     template <class T>
     std::vector<T> rows(const std::vector<T>& table) const {
-        std::vector<std::int32_t> to;
-        for (std::size_t i = 0; i < table.size(); ++i)
-            to.push_back(static_cast<std::int32_t>(
-                rank_of_row(i, table.size(), static_cast<std::size_t>(ranks_.count))));
-        return exchange(comm_, to, table);
+        return deal_rows(comm_, table);
     }
     std::vector<Vector3> rows(const std::vector<Vector3>& table) const {
         std::vector<std::array<double, 3>> plain;
@@ -67,11 +52,14 @@ class Dealer {
     std::map<std::string, std::vector<T>> rows(
         const std::map<std::string, std::vector<T>>& sets) const {
         std::map<std::string, std::vector<T>> mine;
+        const std::vector<T> none;
         auto set = sets.begin();
         for (std::int64_t left = number(sets.size()); left-- > 0;) {
-            const std::string name = text(set != sets.end() ? set->first : "");
-            mine[name] = rows(set != sets.end() ? set->second : std::vector<T>());
-            if (set != sets.end()) ++set;
+            const bool here = set != sets.end();
+            const std::string name = text(here ? set->first : "");
+            const std::vector<T>& items = here ? set->second : none;
+            mine[name] = rows(items);
+            if (here) ++set;
         }
         return mine;
     }
@@ -92,14 +80,16 @@ class Dealer {
     template <class T>
     std::vector<T> rows_of_each(const std::vector<T>& list) const {
         std::vector<T> mine;
-        for (std::int64_t i = 0, count = number(list.size()); i < count; ++i)
-            mine.push_back(rows(static_cast<std::size_t>(i) < list.size() ? list[i] : T()));
+        const T none{};
+        for (std::int64_t i = 0, count = number(list.size()); i < count; ++i) {
+            const T& item = static_cast<std::size_t>(i) < list.size() ? list[i] : none;
+            mine.push_back(rows(item));
+        }
         return mine;
     }
 
   private:
     MPI_Comm comm_;
-    Ranks ranks_;
 };
 
 }  // namespace
@@ -182,26 +172,18 @@ void take_own_nodes(const TetMesh& rows, const std::vector<std::int32_t>& owners
     share.owned = static_cast<std::int32_t>(share.nodes.size());
 }
 
-/// Place of a node among those of `numbers`, which rise; -1 if it is none of them.
-std::int32_t place_among(std::span<const std::int32_t> numbers, std::int32_t n) {
-    const auto at = std::ranges::lower_bound(numbers, n);
-    return at != numbers.end() && *at == n ? static_cast<std::int32_t>(at - numbers.begin()) : -1;
-}
-
 /// The other nodes of the tets, behind the own ones, by rising PETSc numbers.
 void take_ghosts(const TetMesh& rows, std::span<const TetRow> tets, bool has_edges,
                  PartitionedMesh& share) {
     std::vector<std::int32_t> ghosts;
     const auto mark = [&](std::int32_t n) {
-        if (place_among(share.nodes, n) < 0) ghosts.push_back(n);
+        if (!std::ranges::binary_search(share.nodes, n)) ghosts.push_back(n);
     };
     for (const TetRow& t : tets) {
         std::ranges::for_each(t.corners, mark);
         if (has_edges) std::ranges::for_each(t.edge_nodes, mark);
     }
-    std::ranges::sort(ghosts);
-    const auto rest = std::ranges::unique(ghosts);
-    ghosts.erase(rest.begin(), rest.end());
+    sort_and_unique(ghosts);
     share.numbers = petsc_numbers(share, share.nodes);
     const std::vector<PetscInt> numbers = petsc_numbers(share, ghosts);
     std::vector<double> places;
@@ -245,11 +227,11 @@ PartitionedMesh distribute_rows(MPI_Comm comm, const TetMesh& rows, const MeshSi
                                 std::span<const std::int32_t> parts, const std::string& where) {
     PartitionedMesh share;
     share.comm = comm;
-    share.ranks = Ranks(comm).count;
+    MPI_Comm_size(comm, &share.ranks);
     share.total = size.nodes;
     share.corners = corners_of(comm, rows, size);
     const Kinds kinds(comm, rows);
-    const std::vector<std::int32_t> owners = node_owners(comm, rows, size, parts);
+    const std::vector<std::int32_t> owners = node_owners(comm, rows, size, parts, where);
     const std::vector<TetRow> tets = tets_at_own_nodes(comm, rows, size, owners, kinds);
     take_own_nodes(rows, owners, share);
     take_ghosts(rows, tets, kinds.edges, share);

@@ -16,8 +16,8 @@ HierarchyRows rows_of(MPI_Comm comm, const MeshHierarchy& whole);
 HierarchyRows rows_from_first(MPI_Comm comm, const MeshHierarchy& whole);
 
 /// This rank's share of a mesh of `size` of which each rank has its rows and the parts of its tets
-/// (see partition_levels). Throws Error, on every rank, for a tet without a positive volume, naming
-/// `where`. Collective.
+/// (see partition_levels). Throws Error, on every rank, for a tet without a positive volume or a
+/// node of no tet, naming `where`. Collective.
 PartitionedMesh distribute_rows(MPI_Comm comm, const TetMesh& rows, const MeshSize& size,
                                 std::span<const std::int32_t> parts, const std::string& where);
 

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "base/sort_and_unique.hpp"
 #include "mesh/tet_mesh.hpp"
 #include "solvers/parallel/shared_rows.hpp"
 
@@ -17,9 +18,7 @@ class NodeValues {
     /// `of_rows`: of the nodes of this rank's rows. Collective.
     NodeValues(MPI_Comm comm, const std::vector<T>& of_rows, std::span<const Tet> tets) {
         for (const Tet& t : tets) nodes_.insert(nodes_.end(), t.begin(), t.end());
-        std::ranges::sort(nodes_);
-        const auto rest = std::ranges::unique(nodes_);
-        nodes_.erase(rest.begin(), rest.end());
+        sort_and_unique(nodes_);
         values_ = SharedRows(comm, of_rows.size(), nodes_).from_owners(std::span(of_rows));
     }
     /// `node`: one of the tets'.

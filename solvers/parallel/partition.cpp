@@ -11,11 +11,10 @@
 #include "base/error.hpp"
 #include "base/together.hpp"
 #include "solvers/parallel/dual_graph.hpp"
-#include "solvers/parallel/exchange.hpp"
 #include "solvers/parallel/first_rank.hpp"
 #include "solvers/parallel/mesh_distribution.hpp"
 #include "solvers/parallel/node_values.hpp"
-#include "solvers/parallel/row_blocks.hpp"
+#include "solvers/parallel/row_ranks.hpp"
 
 namespace livetet {
 
@@ -77,6 +76,7 @@ std::vector<std::int32_t> partition_tets_in_parallel(MPI_Comm comm, std::span<co
     // PETSc hands over its arrays as they are: Debian's of 64 bits to a PTScotch of 32.
     if (sizeof(PetscInt) > sizeof(std::int32_t))
         fail("solver.partitioner = ptscotch: PETSc has 64-bit indices here, expected metis");
+    if (parts == 1) return std::vector<std::int32_t>(rows.size(), 0);
     const Lists neighbours = tet_neighbours(comm, rows, whole);
     PetscInt *starts = nullptr, *columns = nullptr;  // freed by the matrix
     LIVETET_PETSC(PetscMalloc1(neighbours.start.size(), &starts));
@@ -103,31 +103,6 @@ std::vector<std::int32_t> partition_tets_in_parallel(MPI_Comm comm, std::span<co
 
 namespace {
 
-/// The rank in whose rows a node is.
-class NodeRanks {
-  public:
-    NodeRanks(MPI_Comm comm, std::size_t nodes)
-        : nodes_(nodes), ranks_(rank_count(comm)), rows_(row_range(comm, nodes)) {}
-    std::int32_t operator()(std::int32_t node) const {
-        return static_cast<std::int32_t>(
-            rank_of_row(static_cast<std::size_t>(node), nodes_, ranks_));
-    }
-    const RowRange& rows() const { return rows_; }
-    /// Place of a node among this rank's rows.
-    std::size_t place(std::int32_t node) const {
-        return static_cast<std::size_t>(node) - rows_.first;
-    }
-
-  private:
-    static std::size_t rank_count(MPI_Comm comm) {
-        int ranks = 1;
-        MPI_Comm_size(comm, &ranks);
-        return static_cast<std::size_t>(ranks);
-    }
-    std::size_t nodes_, ranks_;
-    RowRange rows_;
-};
-
 /// That so many tets at a node are in a part.
 struct Vote {
     std::int32_t node, part, count;
@@ -149,17 +124,8 @@ std::vector<Vote> votes_of(std::span<const Tet> tets, std::span<const std::int32
     return votes;
 }
 
-/// Sends items to the ranks of the nodes that they name.
-template <class T>
-std::vector<T> to_nodes(MPI_Comm comm, const NodeRanks& ranks, const std::vector<T>& items) {
-    std::vector<std::int32_t> to;
-    to.reserve(items.size());
-    for (const T& item : items) to.push_back(ranks(item.node));
-    return exchange(comm, to, items);
-}
-
 /// The owners of edge nodes: those of their edges' lower ends.
-void add_edge_owners(MPI_Comm comm, const TetMesh& rows, const NodeRanks& ranks,
+void add_edge_owners(MPI_Comm comm, const TetMesh& rows, const RowRanks& ranks,
                      std::vector<std::int32_t>& owners) {
     struct Edge {
         std::int32_t node, owner;
@@ -171,18 +137,19 @@ void add_edge_owners(MPI_Comm comm, const TetMesh& rows, const NodeRanks& ranks,
             edges.push_back(
                 {rows.edge_nodes[e][k], of_corner[std::min(rows.tets[e][tet_edges[k][0]],
                                                            rows.tets[e][tet_edges[k][1]])]});
-    for (const Edge& edge : to_nodes(comm, ranks, edges))
+    for (const Edge& edge : ranks.send(edges, &Edge::node))
         owners[ranks.place(edge.node)] = edge.owner;
 }
 
 }  // namespace
 
 std::vector<std::int32_t> node_owners(MPI_Comm comm, const TetMesh& rows, const MeshSize& whole,
-                                      std::span<const std::int32_t> parts) {
-    const NodeRanks ranks(comm, whole.nodes);
-    std::vector<Vote> votes = to_nodes(comm, ranks, votes_of(rows.tets, parts));
+                                      std::span<const std::int32_t> parts,
+                                      const std::string& where) {
+    const RowRanks ranks(comm, whole.nodes);
+    std::vector<Vote> votes = ranks.send(votes_of(rows.tets, parts), &Vote::node);
     std::ranges::sort(votes, {}, [](const Vote& v) { return std::pair(v.node, v.part); });
-    std::vector<std::int32_t> owners(ranks.rows().size(), -1);
+    std::vector<std::int32_t> owners(ranks.here().size(), -1);
     std::int32_t most = 0;
     for (auto vote = votes.begin(); vote != votes.end();) {
         std::int32_t count = 0;
@@ -199,8 +166,8 @@ std::vector<std::int32_t> node_owners(MPI_Comm comm, const TetMesh& rows, const 
     if (has_edges) add_edge_owners(comm, rows, ranks, owners);
     together(comm, [&] {
         if (const auto none = std::ranges::find(owners, -1); none != owners.end())
-            fail("mesh: node {} belongs to no tet",
-                 ranks.rows().first + static_cast<std::size_t>(none - owners.begin()));
+            fail("{}: node {} belongs to no tet", where,
+                 ranks.here().first + static_cast<std::size_t>(none - owners.begin()));
     });
     return owners;
 }
@@ -208,20 +175,12 @@ std::vector<std::int32_t> node_owners(MPI_Comm comm, const TetMesh& rows, const 
 namespace {
 
 /// By METIS, which needs several times the memory of the mesh, on the first rank.
-std::vector<std::int32_t> partition_on_first(MPI_Comm comm, std::span<const Tet> rows,
-                                             const MeshSize& whole, int parts) {
+std::vector<std::int32_t> partition_on_first(MPI_Comm comm, std::span<const Tet> rows, int parts) {
     const std::vector<Tet> mine(rows.begin(), rows.end());
     const std::vector<Tet> all = exchange(comm, std::vector<std::int32_t>(rows.size(), 0), mine);
-    int ranks = 1;
-    MPI_Comm_size(comm, &ranks);
-    std::vector<std::int32_t> part, to;
-    on_first_rank(comm, [&] {
-        part = partition_tets(all, parts);
-        for (std::size_t e = 0; e < part.size(); ++e)
-            to.push_back(static_cast<std::int32_t>(
-                rank_of_row(e, whole.tets, static_cast<std::size_t>(ranks))));
-    });
-    return exchange(comm, to, part);
+    std::vector<std::int32_t> part;
+    on_first_rank(comm, [&] { part = partition_tets(all, parts); });
+    return deal_rows(comm, part);
 }
 
 /// What stands for a coarse node: a fine node with a weight in it.
@@ -270,10 +229,10 @@ std::vector<std::int32_t> projected_parts(MPI_Comm comm, std::span<const std::in
                 nearest.push_back({fine_in_coarse.nodes[i][k], static_cast<std::int32_t>(first + i),
                                    lower(owners[i]), weight});
     keep_nearest(nearest);
-    const NodeRanks ranks(comm, whole.nodes);
-    nearest = to_nodes(comm, ranks, nearest);
+    const RowRanks ranks(comm, whole.nodes);
+    nearest = ranks.send(nearest, &Nearest::node);
     keep_nearest(nearest);
-    std::vector<std::int32_t> of_rows(ranks.rows().size(), -1);
+    std::vector<std::int32_t> of_rows(ranks.here().size(), -1);
     for (const Nearest& n : nearest) of_rows[ranks.place(n.node)] = n.part;
 
     const NodeValues<std::int32_t> part_of_node(comm, of_rows, coarse);
@@ -315,10 +274,11 @@ std::vector<std::vector<std::int32_t>> partition_levels(MPI_Comm comm,
     std::size_t first = 0;
     while (is_cut[first] && worthwhile(first) == worthwhile(first + 1)) ++first;
     const int most = worthwhile(first);
-    const bool on_first =
-        resolved_partitioner(partitioner, sizes[first].tets) == Partitioner::metis;
-    parts[first] = (on_first ? partition_on_first : partition_tets_in_parallel)(
-        comm, levels[first].tets, sizes[first], most);
+    const std::vector<Tet>& rows = levels[first].tets;
+    if (resolved_partitioner(partitioner, sizes[first].tets) == Partitioner::metis)
+        parts[first] = partition_on_first(comm, rows, most);
+    else
+        parts[first] = partition_tets_in_parallel(comm, rows, sizes[first], most);
     for (std::size_t l = first; l-- > 0;) {
         const std::vector<std::int32_t>& parents = hierarchy.rows.parents[l];
         parts[l] = RowBlocks(comm, sizes[l + 1].tets, parents)
@@ -331,7 +291,8 @@ std::vector<std::vector<std::int32_t>> partition_levels(MPI_Comm comm,
             const std::int64_t group = std::int64_t{part} * fewer / most;
             return static_cast<std::int32_t>((group * most + fewer - 1) / fewer);
         };
-        const auto owners = node_owners(comm, levels[l - 1], sizes[l - 1], parts[l - 1]);
+        const auto owners = node_owners(comm, levels[l - 1], sizes[l - 1], parts[l - 1],
+                                        fmt::format("mesh hierarchy, level {}", l - 1));
         parts[l] = projected_parts(comm, owners, sizes[l - 1], hierarchy.rows.transfers[l - 1],
                                    levels[l].tets, sizes[l], lower);
     }

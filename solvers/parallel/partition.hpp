@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "base/petsc.hpp"
@@ -28,9 +29,10 @@ constexpr std::size_t min_tets_per_rank = 200;
 
 /// Owner of each node of this rank's rows of a mesh: the part of most tets at it, of several the
 /// lowest; of an edge node that of its edge's lower end. `rows`, `parts`: of this rank's tets.
-/// Throws Error, on every rank, for a node that is of no tet. Collective.
+/// Throws Error, on every rank, for a node that is of no tet, naming `where`. Collective.
 std::vector<std::int32_t> node_owners(MPI_Comm comm, const TetMesh& rows, const MeshSize& whole,
-                                      std::span<const std::int32_t> parts);
+                                      std::span<const std::int32_t> parts,
+                                      const std::string& where);
 
 /// A part of every tet of this rank's rows of every level. The finest level is partitioned or,
 /// where it was cut from a coarser one that has tets for as many ranks, that one: tets take the

@@ -109,7 +109,7 @@ TEST(Partition, a_refined_level_takes_the_parts_of_the_tets_it_was_cut_from) {
 std::vector<std::int32_t> owners_of(const TetMesh& whole, const std::vector<std::int32_t>& parts) {
     return of_all_ranks(PETSC_COMM_WORLD,
                         node_owners(PETSC_COMM_WORLD, test::rows_of(whole), test::size_of(whole),
-                                    test::table_rows(parts)));
+                                    test::table_rows(parts), "mesh"));
 }
 
 TEST(Partition, ANodeBelongsToThePartOfMostTetsAtIt) {
