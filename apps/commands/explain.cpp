@@ -37,12 +37,14 @@ std::string bound_of(const RankMemory& memory, std::size_t tets, int ranks) {
     return memory.program > memory.own ? "the program itself" : "its own share";
 }
 
-/// `of_ranks`: levels that several ranks make from their own parts.
-void explain_ranks(const std::vector<LevelSize>& levels, std::span<const int> ranks, int of_ranks) {
+/// `of_ranks`: levels that several ranks make from their own parts; `tets_of_metis`: see
+/// memory_of_rank.
+void explain_ranks(const std::vector<LevelSize>& levels, std::span<const int> ranks, int of_ranks,
+                   std::size_t tets_of_metis) {
     fmt::print("\n{:<8} {:>9} {:>9} | {:>9} {:>9} {:>9}   {}\n", "ranks", "tets each", "MB each",
-               "own", "whole", "program", "bound by");
+               "own", "mesh", "program", "bound by");
     for (const int n : ranks) {
-        const RankMemory memory = memory_of_rank(levels, n, of_ranks);
+        const RankMemory memory = memory_of_rank(levels, n, of_ranks, tets_of_metis);
         const std::size_t tets = levels.front().tets;
         fmt::print("{:<8} {:>9} {:>9.0f} | {:>9.0f} {:>9.0f} {:>9.0f}   {}\n", n,
                    tets / static_cast<std::size_t>(n), memory.sum() / 1e6, memory.own / 1e6,
@@ -69,8 +71,14 @@ void explain(const std::filesystem::path& path, std::span<const int> ranks) {
         kind == SolverKind::live ||
         !(multigrid && MultigridSolver::finest_is_matrix_free(elastic_model(scene), scene.solver));
     const std::vector<LevelSize> levels = explain_levels(hierarchy, multigrid, has_matrix);
-    if (!ranks.empty())
-        explain_ranks(levels, ranks, scene.mesh.refine + (scene.elements == Elements::p2 ? 1 : 0));
+    if (!ranks.empty()) {
+        const int of_ranks = scene.mesh.refine + (scene.elements == Elements::p2 ? 1 : 0);
+        const std::size_t of_file =
+            hierarchy.levels[static_cast<std::size_t>(of_ranks)].tets.size();
+        const bool by_metis =
+            resolved_partitioner(scene.solver.partitioner, of_file) == Partitioner::metis;
+        explain_ranks(levels, ranks, of_ranks, by_metis ? of_file : 0);
+    }
     if (scene.track) fmt::print("\n{}", describe_live_element(scene, tets));
     const int iterations = scene.solver.relative_tolerance > 1e-4 ? 7 : 15;
     fmt::print(

@@ -13,6 +13,7 @@
 #include "base/file.hpp"
 #include "base/log.hpp"
 #include "base/stopwatch.hpp"
+#include "base/together.hpp"
 #include "io/dicom_name.hpp"
 #include "io/gmsh_file.hpp"
 #include "io/hierarchy_file.hpp"
@@ -140,7 +141,7 @@ SceneMesh load_mesh_for(MPI_Comm comm, const Scene& scene, const ProgressCallbac
     if (ranks == 1) return load_mesh(scene, progress);
     const std::size_t enough = min_tets_per_rank * static_cast<std::size_t>(ranks);
     const bool has_rows =
-        ending(scene.mesh.file) == ".h5" && scene.mesh.levels <= 1 && scene.cuts.empty();
+        ending(scene.mesh.file) == ".h5" && scene.mesh.levels <= 1 && !is_to_be_cut(scene);
     if (!has_rows) return deal_out(comm, scene, progress, enough);
     refuse_idle_keys(scene.mesh);
     SceneMesh mesh(read_hierarchy_rows(comm, scene.mesh.file), scene.mesh.refine);
@@ -149,9 +150,16 @@ SceneMesh load_mesh_for(MPI_Comm comm, const Scene& scene, const ProgressCallbac
     return mesh;
 }
 
-TetMesh finest_mesh(const Scene& scene) {
-    TetMesh finest = std::move(load_mesh(scene, {}).levels.front());
-    return scene.elements == Elements::p2 ? quadratic_mesh(finest) : finest;
+TetMesh finest_mesh(MPI_Comm comm, const Scene& scene) {
+    TetMesh finest;
+    together(comm, [&] {
+        Scene as_read = scene;
+        as_read.mesh.refine = 0;
+        MeshHierarchy alone{{std::move(load_mesh(as_read, {}).levels.front())}, {}, {}};
+        finest = std::move(with_refined_levels(std::move(alone), scene.mesh.refine).levels.front());
+        if (scene.elements == Elements::p2) finest = quadratic_mesh(finest);
+    });
+    return finest;
 }
 
 void refuse_hexahedra(const MeshHierarchy& hierarchy, const std::string& what) {
@@ -238,10 +246,12 @@ namespace {
 /// rank from its own part.
 DistributedHierarchy distribute(MPI_Comm comm, const Scene& scene, SceneMesh mesh,
                                 double& partition_s) {
-    const auto start = std::chrono::steady_clock::now();
-    const auto parts = partition_levels(comm, mesh.rows, scene.solver.partitioner);
-    partition_s = seconds_since(start);
-    DistributedHierarchy levels{comm, mesh.rows, parts};
+    DistributedHierarchy levels = with_context(scene.mesh.file.string(), [&] {
+        const auto start = std::chrono::steady_clock::now();
+        const auto parts = partition_levels(comm, mesh.rows, scene.solver.partitioner);
+        partition_s = seconds_since(start);
+        return DistributedHierarchy{comm, mesh.rows, parts};
+    });
     mesh.rows = {};
     for (int i = 0; i < mesh.refine; ++i) levels.add_refined();
     if (scene.elements == Elements::p2) levels.add_quadratic();

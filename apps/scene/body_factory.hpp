@@ -40,8 +40,9 @@ struct SceneMesh {
 /// rank (min_tets_per_rank), and gives each its rows. Collective.
 SceneMesh load_mesh_for(MPI_Comm comm, const Scene& scene, const ProgressCallback& progress);
 
-/// The whole finest mesh of a scene's body. For meshes that fit on one rank.
-TetMesh finest_mesh(const Scene& scene);
+/// The whole finest mesh of a scene's body, which each rank reads. For meshes that fit on one.
+/// Collective.
+TetMesh finest_mesh(MPI_Comm comm, const Scene& scene);
 
 /// Throws Error, naming what was asked for, if the mesh is a grid of hexahedra.
 void refuse_hexahedra(const MeshHierarchy& hierarchy, const std::string& what);

@@ -153,11 +153,6 @@ std::string cut_text(const TetMesh& before, const TetMesh& after) {
                                    : fmt::format("the body is in {} pieces", pieces));
 }
 
-/// Whether anything cuts the scene's mesh, now or while it is tracked.
-bool is_to_be_cut(const Scene& scene) {
-    return !scene.cuts.empty() || (scene.track && has_blades(*scene.track));
-}
-
 [[noreturn]] void fail_of_tets(const Scene& scene) {
     fail(
         "{}: {} {} tetrahedra, expected hexahedra (mesh.cells: hexahedra, or `livetet mesh "
@@ -197,6 +192,10 @@ std::string pieces_text(const std::vector<GridPiece>& pieces) {
         text += fmt::format(" and {} more of {:.4g} ml together", pieces.size() - most, rest);
     }
     return text;
+}
+
+bool is_to_be_cut(const Scene& scene) {
+    return !scene.cuts.empty() || (scene.track && has_blades(*scene.track));
 }
 
 void check_can_be_cut(const Scene& scene) {

@@ -10,6 +10,9 @@
 
 namespace livetet {
 
+/// Whether anything cuts the scene's mesh, now or while it is tracked.
+bool is_to_be_cut(const Scene& scene);
+
 /// Throws Error if a scene has cuts or blades that its mesh, which is not read yet, is known not to
 /// take: it has no hexahedra, or pieces are left out and selections list nodes.
 void check_can_be_cut(const Scene& scene);

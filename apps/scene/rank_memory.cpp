@@ -37,7 +37,8 @@ LevelSize size_of_level(const TetMesh& mesh, bool has_matrix) {
             (linear ? 16.0 : 40.0) * tets + 72.0 * nodes};
 }
 
-RankMemory memory_of_rank(std::span<const LevelSize> levels, int ranks, int of_ranks) {
+RankMemory memory_of_rank(std::span<const LevelSize> levels, int ranks, int of_ranks,
+                          std::size_t tets_of_metis) {
     RankMemory memory{.program = 57e6};
     for (std::size_t l = 0; l < levels.size(); ++l) {
         const LevelSize& level = levels[l];
@@ -50,9 +51,7 @@ RankMemory memory_of_rank(std::span<const LevelSize> levels, int ranks, int of_r
             memory.whole += level.mesh_bytes / ranks;
     }
     if (ranks == 1) return memory;
-    const std::size_t tets = levels[static_cast<std::size_t>(of_ranks)].tets;
-    if (resolved_partitioner(Partitioner::automatic, tets) == Partitioner::metis)
-        memory.whole += metis_bytes_a_tet * static_cast<double>(tets);
+    memory.whole += metis_bytes_a_tet * static_cast<double>(tets_of_metis);
     // Elements and operators come when that has gone.
     memory.whole = std::max(0.0, memory.whole - memory.own);
     return memory;

@@ -59,7 +59,7 @@ SolvedScene solve_scene(const Scene& scene, const SolveRequest& request) {
     std::optional<Probes> probes;
     std::optional<StateKeeper> states;
     TetMesh whole;
-    if (request.whole && figures.ranks > 1) whole = finest_mesh(scene);
+    if (request.whole && figures.ranks > 1) whole = finest_mesh(PETSC_COMM_WORLD, scene);
     auto [scene_body, constraints, forces] = make_held_body(
         PETSC_COMM_WORLD, scene, std::move(mesh),
         [&](const TetMesh& finest, const DistributedHierarchy& levels) {

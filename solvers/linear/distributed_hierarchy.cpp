@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/error.hpp"
+#include "base/together.hpp"
 #include "mesh/refine.hpp"
 #include "solvers/linear/transfer.hpp"
 #include "solvers/parallel/mesh_distribution.hpp"
@@ -36,6 +37,7 @@ void check_parts(int ranks, const std::vector<TetMesh>& levels,
         if (parts.size() != levels[l].tets.size())
             fail("mesh hierarchy: found parts of {} tets in level {}, expected {}", parts.size(), l,
                  levels[l].tets.size());
+        if (parts.empty()) continue;  // a rank without rows
         const auto [low, high] = std::minmax_element(parts.begin(), parts.end());
         if (*low < 0 || *high >= ranks)
             fail("mesh hierarchy: found parts {} to {} in level {}, expected 0 to {}", *low, *high,
@@ -69,7 +71,9 @@ DistributedHierarchy::DistributedHierarchy(MPI_Comm comm, const HierarchyRows& h
                                            std::span<const std::vector<std::int32_t>> parts)
     : comm(comm) {
     check_petsc_runs();
-    if (rank_count(comm) == 1) fail("mesh hierarchy: found rows of one rank, expected several");
+    const int ranks = rank_count(comm);
+    if (ranks == 1) fail("mesh hierarchy: found rows of one rank, expected several");
+    together(comm, [&] { check_parts(ranks, hierarchy.rows.levels, parts); });
     take_rows(hierarchy, parts);
 }
 

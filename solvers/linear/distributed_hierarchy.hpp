@@ -24,8 +24,10 @@ struct DistributedHierarchy {
     DistributedHierarchy(MPI_Comm comm, const MeshHierarchy& hierarchy,
                          std::span<const std::vector<std::int32_t>> parts = {});
     /// On several ranks, each of which has its rows of the hierarchy and the parts of its tets. No
-    /// rank holds more of a level than its rows and its part. Throws Error, on every rank, for rows
-    /// that show what check_hierarchy rejects. Collective.
+    /// rank holds more of a level than its rows and its part. Throws Error, on every rank, for
+    /// parts that do not fit the rows, levels that are not the finest first, a tet without a
+    /// positive volume, a node of no tet, and sets that local_sets rejects. Numbers of nodes in
+    /// tets and transfers are not checked (see read_hierarchy_rows). Collective.
     DistributedHierarchy(MPI_Comm comm, const HierarchyRows& hierarchy,
                          std::span<const std::vector<std::int32_t>> parts);
     /// Puts a level before the finest one, of which each rank cuts its own part (refined_share), or

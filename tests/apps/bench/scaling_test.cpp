@@ -30,7 +30,7 @@ SolveRun run_on(int ranks) {
             .iterations = 10};
 }
 
-TEST(ScalingModel, WhatIsMeasuredGivesTheComputingAndMetisGrowsWithTheWhole) {
+TEST(ScalingModel, WhatIsMeasuredGivesTheComputing) {
     const ScalingModel model(run_on(2), run_on(1), 0);
     EXPECT_DOUBLE_EQ(model.seconds_an_unknown, 3e-6);
     EXPECT_DOUBLE_EQ(model.partition_s_an_unknown, 2e-6);
@@ -42,7 +42,7 @@ TEST(ScalingModel, WhatIsMeasuredGivesTheComputingAndMetisGrowsWithTheWhole) {
         << "a W-cycle: 0.75 (1 + 2/8 + 4/64 + ...) of the finest level";
     for (std::size_t k = 1; k < model.points.size(); ++k) {
         const ScalingPoint &few = model.points[k - 1], &many = model.points[k];
-        // Of 1e5 unknowns a rank, so that 5 ranks' tets are the most that METIS takes.
+        // 1e5 unknowns are more tets than METIS takes.
         EXPECT_EQ(many.partition_s, 0) << "PTScotch, on all ranks";
         EXPECT_EQ(few.partition_s, 0) << "one rank, or PTScotch";
         EXPECT_GT(many.iteration_s(), few.iteration_s());

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "apps/commands/last_displacement.hpp"
+#include "apps/commands/tracked_block.hpp"
 #include "io/hierarchy_file.hpp"
 #include "io/points_csv.hpp"
 #include "io/result_file.hpp"
@@ -218,12 +219,21 @@ TEST(Ranks, WhatIsWrongWithAMeshIsOneLine) {
         }
     };
     const auto last_tet = [](MeshHierarchy& h) -> Tet& { return h.levels[0].tets.back(); };
-    refused([&](MeshHierarchy& h) { std::swap(last_tet(h)[0], last_tet(h)[1]); }, "level");
+    refused([&](MeshHierarchy& h) { std::swap(last_tet(h)[0], last_tet(h)[1]); },
+            ": tet 1499 at (");
     refused([&](MeshHierarchy& h) { last_tet(h)[2] = 396; },
             "beam.h5: levels/0: tet 1499 names node 396, expected 0 to 395");
     refused([&](MeshHierarchy& h) { h.levels[1].nodes.back().x() = std::nan(""); },
             "beam.h5: levels/1: node 53 has a coordinate that is not finite");
-    refused([&](MeshHierarchy& h) { h.levels[0].nodes.emplace_back(1, 1, 1); }, "396");
+    refused(
+        [&](MeshHierarchy& h) {
+            h.levels[0].nodes.emplace_back(1, 1, 1);
+            BarycentricMap& t = h.transfers[0];
+            t.nodes.push_back(t.nodes.back());
+            t.weights.push_back(t.weights.back());
+            t.distance.push_back(0);
+        },
+        ": node 396 belongs to no tet");
     refused(
         [&](MeshHierarchy& h) {
             h.levels[0].regions = {1, 2};
@@ -266,6 +276,43 @@ TEST(Ranks, TheirMemoryIsForetold) {
         const double taken = run["peak_bytes_most"].get<double>() / 1e6;
         EXPECT_NEAR(megabytes, taken, 0.25 * taken) << ranks;
     }
+}
+
+/// A solver without levels, of a mesh that ranks refine: only the finest is listed.
+TEST(Ranks, TheirMemoryIsForetoldWithoutMultigrid) {
+    const Folder folder;
+    write_beam(folder);
+    std::string scene = held_beam + pressed + "elements: P2\n";
+    scene.replace(scene.find("beam.h5"), 7, "beam.h5, refine: 1");
+    scene.replace(scene.find("solver: {"), 9, "solver: {kind: gamg, ");
+    write_text(folder / "scene.yaml", scene);
+    const auto told = livetet(folder, "explain scene.yaml --ranks 1,4");
+    ASSERT_EQ(told.status, 0) << told.err;
+    std::istringstream table(told.out.substr(told.out.find("tets each")));
+    std::string line;
+    std::getline(table, line);
+    for (const int ranks : {1, 4}) {
+        int on = 0;
+        double tets = 0, megabytes = 0;
+        std::getline(table, line);
+        std::istringstream(line) >> on >> tets >> megabytes;
+        EXPECT_EQ(on, ranks);
+        EXPECT_GT(megabytes, 57);
+        EXPECT_LT(megabytes, 400);
+    }
+}
+
+/// A tracked blade wants hexahedra, on any number of ranks.
+TEST(Ranks, ASceneWithABladeIsRefusedAsOnOne) {
+    test::Tracked block;
+    block.set_track("tools: [{tool: Scalpel, blade_mm: [0, -70, 0, 0, 70, 0]}]");
+    const auto one = livetet(block.folder, "solve scene.yaml"),
+               three = livetet(block.folder, "solve scene.yaml", mpirun(3));
+    EXPECT_EQ(one.status, 2) << one.err;
+    EXPECT_EQ(three.status, 2) << three.err;
+    const std::string line = one.err.substr(0, one.err.find('\n'));
+    EXPECT_NE(line.find("expected hexahedra"), std::string::npos) << line;
+    EXPECT_NE(three.err.find(line), std::string::npos) << line << "\n" << three.err;
 }
 
 /// Faces of a rank's part towards other ranks are not the surface.
