@@ -301,8 +301,8 @@ void refuse_idle_options(const CLI::App& command, const RegisterArguments& a) {
     const bool deforms = !a.scene.empty(), finds_materials = !a.materials.scene.empty();
     const bool of_surface = !deforms && !finds_materials && !a.surface.empty();
     const bool has_stream = is_stream(a.tracker) || is_stream(a.surface_points);
-    const bool has_dwells = !deforms && !finds_materials && !is_stream(a.tracker) &&
-                            !a.tracker.empty() && !is_point_list(a.tracker);
+    const bool has_dwells =
+        !deforms && !finds_materials && !a.tracker.empty() && !is_point_list(a.tracker);
     struct Option {
         const char* name;
         bool has_effect;
@@ -313,7 +313,7 @@ void refuse_idle_options(const CLI::App& command, const RegisterArguments& a) {
     for (const Option& option : {Option{"--surface-left-out", of_surface, "--surface FILE"},
                                  Option{"--space", of_surface, "--surface FILE"},
                                  Option{"--support", finds_materials, "--materials SCENE"},
-                                 Option{"--dwells", has_dwells, "--tracker with a recording"},
+                                 Option{"--dwells", has_dwells, "--tracker with poses"},
                                  Option{"--for", may_stream, "a source openigtlink://host:port"}})
         if (command.count(option.name) > 0 && !option.has_effect)
             fail("{}: has no effect here, expected {} too", option.name, option.needs);
