@@ -157,10 +157,10 @@ void LevelAssembler::round_rotations(const ElementRotations& from, ElementRotati
     to.single.resize(points * copy_->batch_count());
     for (std::size_t k = 0; k < from.batches.size() / points; ++k)
         for (std::size_t q = 0; q < points; ++q)
-            for (int m = 0; m < 9; ++m)
+            for (int m = 0; m < 4; ++m)
                 for (std::size_t l = 0; l < half; ++l)
-                    to.single[points * (k / 2) + q].R[m][k % 2 * half + l] =
-                        static_cast<float>(from.batches[points * k + q].R[m][l]);
+                    to.single[points * (k / 2) + q].quaternion[m][k % 2 * half + l] =
+                        static_cast<float>(from.batches[points * k + q].quaternion[m][l]);
 }
 
 template <class Add>

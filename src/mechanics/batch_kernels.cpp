@@ -166,7 +166,7 @@ TetBatches<Real, nodes>::TetBatches(const ElementOf& element, std::span<const No
 template <class Real, int nodes>
 std::vector<RotationBatch<Real>> TetBatches<Real, nodes>::make_fixed_rotations() {
     RotationBatch<Real> identity{};
-    for (const int k : {0, 4, 8}) std::fill_n(identity.R[k], batch_width<Real>, Real(1));
+    std::fill_n(identity.quaternion[0], batch_width<Real>, Real(1));
     return {identity};
 }
 
@@ -178,8 +178,24 @@ std::vector<RotationBatch<Real>> TetBatches<Real, nodes>::make_rotations() const
 
 namespace {
 
+/// R with rotation_of(F) in the lanes that are `left`.
+template <class Real, class Mask>
+Mat3<Real> with_rotations_of(const Mat3<Real>& F, const Mask& left, const Mat3<Real>& R) {
+    Real of_F[9][batch_width<Real>], of_R[9][batch_width<Real>];
+    store_matrix(F, of_F);
+    store_matrix(R, of_R);
+    for (int l = 0; l < batch_width<Real>; ++l) {
+        if (!left[l]) continue;
+        Eigen::Matrix3d one;
+        for (int m = 0; m < 9; ++m) one(m % 3, m / 3) = of_F[m][l];
+        one = rotation_of(one);
+        for (int m = 0; m < 9; ++m) of_R[m][l] = static_cast<Real>(one(m % 3, m / 3));
+    }
+    return load_matrix<Real>(of_R);
+}
+
 template <class Real>
-void store_rotation(const Mat3<Real>& F, RotationBatch<Real>& rotation) {
+Mat3<Real> rotations_of(const Mat3<Real>& F) {
     // The error after a step is about half the square of the step.
     constexpr Real small_enough = sizeof(Real) == 4 ? Real(1e-7) : Real(1e-14);
     const Lanes<Real> n = dot(F, F), third = n * Real(1. / 3), det = dot(F.x, cross(F.y, F.z));
@@ -197,18 +213,8 @@ void store_rotation(const Mat3<Real>& F, RotationBatch<Real>& rotation) {
         R = next;
         moving = usual && dot(change, change) > small_enough;
     }
-    store_matrix(R, rotation.R);
     const auto left = !usual || moving;
-    if (!any(left)) return;
-    Real whole[9][batch_width<Real>];
-    store_matrix(F, whole);
-    for (int l = 0; l < batch_width<Real>; ++l) {
-        if (!left[l]) continue;
-        Eigen::Matrix3d one;
-        for (int m = 0; m < 9; ++m) one(m % 3, m / 3) = whole[m][l];
-        one = rotation_of(one);
-        for (int m = 0; m < 9; ++m) rotation.R[m][l] = static_cast<Real>(one(m % 3, m / 3));
-    }
+    return any(left) ? with_rotations_of(F, left, R) : R;
 }
 
 }  // namespace
@@ -220,11 +226,11 @@ void update_rotations(const TetBatches<Real, nodes>& batches, BatchRange range,
     for (std::size_t k = range.begin; k < range.end; ++k) {
         const PointGradients<Real, nodes> H(batches[k], u.data());
         if (rotations.size() == batches.all().end) {
-            store_rotation(plus_identity(H.centre()), rotations[k]);
+            store_rotation(rotations_of(plus_identity(H.centre())), rotations[k]);
             continue;
         }
         for (int q = 0; q < points; ++q)
-            store_rotation(plus_identity(H.at(q)), rotations[points * k + q]);
+            store_rotation(rotations_of(plus_identity(H.at(q))), rotations[points * k + q]);
     }
 }
 
@@ -245,7 +251,7 @@ void add_point_forces(Real factor, const TetBatches<Real, nodes>& batches, Batch
         PointForces<Real, nodes> forces(b);
         for (int q = 0; q < points; ++q) {
             const auto& rotation = rotation_of_batch(rotations, points * k + q);
-            forces.add(q, stress(lambda, mu, load_matrix<Real>(rotation.R), H.at(q)));
+            forces.add(q, stress(lambda, mu, load_rotation(rotation), H.at(q)));
         }
         forces.scatter(f.data());
     }
@@ -288,7 +294,7 @@ void assemble(const TetBatches<Real>& batches, BatchRange range,
     for (std::size_t k = range.begin; k < range.end; ++k) {
         const TetBatch<Real>& b = batches[k];
         const Mat3<Real> g = load_matrix<Real>(b.gradients),
-                         R = load_matrix<Real>(rotation_of_batch(rotations, k).R);
+                         R = load_rotation(rotation_of_batch(rotations, k));
         const Lanes<Real> lambda = scale * load<Real>(b.lambda), mu = scale * load<Real>(b.mu);
         Vec3<Real> h[4] = {{}, R * g.x, R * g.y, R * g.z};
         h[0] = -(h[1] + h[2] + h[3]);
@@ -405,7 +411,7 @@ void assemble_exact_tangent(const TetBatches<double>& batches, BatchRange range,
     for (std::size_t k = range.begin; k < range.end; ++k) {
         const TetBatch<double>& b = batches[k];
         const Mat3<double> g = load_matrix<double>(b.gradients),
-                           R = load_matrix<double>(rotation_of_batch(rotations, k).R);
+                           R = load_rotation(rotation_of_batch(rotations, k));
         const Mat3<double> F = plus_identity(gradient_of(b, u.data()));
         const Lane lambda = scale * load<double>(b.lambda), mu = scale * load<double>(b.mu);
         const Mat3<double> N = turn_stiffness(R, F, mu, lambda * (dot(R, F) - 3), tangent);
@@ -458,8 +464,7 @@ template <int nodes>
         const PointGradients<double, nodes> H(b, u.data()), of_v(b, v.data());
         PointForces<double, nodes> forces(b);
         for (int q = 0; q < points; ++q) {
-            const Mat3<double> R =
-                load_matrix<double>(rotation_of_batch(rotations, points * k + q).R);
+            const Mat3<double> R = load_rotation(rotation_of_batch(rotations, points * k + q));
             const Mat3<double> dF = of_v.at(q);
             const Mat3<double> F = plus_identity(H.at(q));
             const Mat3<double> N = turn_stiffness(R, F, mu, lambda * (dot(R, F) - 3), tangent);
@@ -478,7 +483,7 @@ void rotate_gradients(const TetBatches<float>& batches, BatchRange range,
     for (std::size_t k = range.begin; k < range.end; ++k) {
         const TetBatch<float>& b = batches[k];
         const Mat3<float> g = load_matrix<float>(b.gradients),
-                          R = load_matrix<float>(rotation_of_batch(rotations, k).R);
+                          R = load_rotation(rotation_of_batch(rotations, k));
         const Lanes<float> lambda = load<float>(b.lambda), mu = load<float>(b.mu);
         Vec3<float> h[4] = {{}, R * g.x, R * g.y, R * g.z};
         h[0] = -(h[1] + h[2] + h[3]);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Geometry>
+
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -35,11 +37,12 @@ struct alignas(32) TetBatch {
                                                     ///< first, stands in a vector of nodes
 };
 
-/// A rotation for each tet of a batch; row 3 b + a: R(a, b). Tets of ten nodes have one batch of
-/// rotations for each quadrature point, one behind the other.
+/// A rotation for each tet of a batch, as the unit quaternion w, x, y, z: four numbers to keep and
+/// to read in place of a matrix's nine. Tets of ten nodes have one batch of rotations for each
+/// quadrature point, one behind the other.
 template <class Real>
 struct alignas(32) RotationBatch {
-    Real R[9][batch_width<Real>];
+    Real quaternion[4][batch_width<Real>];
 };
 
 /// Batches [begin, end).
@@ -131,10 +134,9 @@ template <class Real>
 Eigen::Matrix3d rotation_at(std::span<const RotationBatch<Real>> rotations, std::size_t lane,
                             int point = 0, int points = 1) {
     const std::size_t batch = lane / batch_width<Real> * points + point;
-    Eigen::Matrix3d R;
-    for (int k = 0; k < 9; ++k)
-        R.data()[k] = rotation_of_batch(rotations, batch).R[k][lane % batch_width<Real>];
-    return R;
+    const auto& q = rotation_of_batch(rotations, batch).quaternion;
+    const std::size_t l = lane % batch_width<Real>;
+    return Eigen::Quaterniond(q[0][l], q[1][l], q[2][l], q[3][l]).toRotationMatrix();
 }
 
 /// Adds `scale` times the sixteen 3x3 blocks of R K R^T of each tet,

@@ -97,8 +97,8 @@ class LaneLaw : public BatchLaw {
     template <int points>
     static Matrix rotation_at(Rotations rotations, std::size_t batches, std::size_t k, int q) {
         if constexpr (Law::rotates)
-            return lanes::load_matrix<float>(
-                rotation_of_batch(rotations, rotations.size() == batches ? k : points * k + q).R);
+            return lanes::load_rotation(
+                rotation_of_batch(rotations, rotations.size() == batches ? k : points * k + q));
         else
             return Matrix{};
     }
@@ -155,7 +155,7 @@ class LaneLaw : public BatchLaw {
             const auto& b = batches[k];
             const Number lambda = of_all * lanes::load<float>(b.lambda),
                          mu = of_all * lanes::load<float>(b.mu);
-            const Matrix R = lanes::load_matrix<float>(rotation_of_batch(rotations, k).R);
+            const Matrix R = lanes::load_rotation(rotation_of_batch(rotations, k));
             lanes::Vec3<float> modes[8], forces[8]{};
             Matrix H{};
             if constexpr (!requires { requires Law::is_affine; }) {

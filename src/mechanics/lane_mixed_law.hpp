@@ -118,11 +118,9 @@ class LaneMixedLaw final : public MixedLaw {
     template <int nodes>
     static Matrix rotation_at(const MixedTets<nodes>& tets, std::size_t k, int q) {
         if constexpr (Law::rotates)
-            return lanes::load_matrix<float>(
-                rotation_of_batch(tets.rotations, tets.rotations.size() == tets.batches.all().end
-                                                      ? k
-                                                      : points<nodes> * k + q)
-                    .R);
+            return lanes::load_rotation(rotation_of_batch(
+                tets.rotations,
+                tets.rotations.size() == tets.batches.all().end ? k : points<nodes> * k + q));
         else
             return Matrix{};
     }

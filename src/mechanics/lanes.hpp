@@ -39,6 +39,14 @@ Lanes<Real> all_lanes(Real x) {
     return x - Lanes<Real>{};
 }
 
+/// Square roots; `Vector`: Lanes of either precision.
+template <class Vector>
+Vector sqrt(const Vector& a) {
+    Vector root;
+    for (std::size_t l = 0; l < sizeof a / sizeof a[0]; ++l) root[l] = std::sqrt(a[l]);
+    return root;
+}
+
 template <class Real>
 struct Vec3 {
     Lanes<Real> x, y, z;
@@ -48,11 +56,6 @@ struct Vec3 {
 inline Lanes<float> abs(const Lanes<float>& a) { return a < 0 ? -a : a; }
 inline Lanes<float> max(const Lanes<float>& a, const Lanes<float>& b) { return a > b ? a : b; }
 inline Lanes<float> min(const Lanes<float>& a, const Lanes<float>& b) { return a < b ? a : b; }
-inline Lanes<float> sqrt(const Lanes<float>& a) {
-    Lanes<float> root;
-    for (int l = 0; l < batch_width<float>; ++l) root[l] = std::sqrt(a[l]);
-    return root;
-}
 
 template <class Real>
 Vec3<Real> operator+(const Vec3<Real>& a, const Vec3<Real>& b) {
@@ -146,6 +149,41 @@ void store3(const Vec3<Real>& a, Real (*rows)[batch_width<Real>]) {
     store<Real>(a.x, rows[0]);
     store<Real>(a.y, rows[1]);
     store<Real>(a.z, rows[2]);
+}
+
+/// R of the quaternion w, x, y, z.
+template <class Real>
+Mat3<Real> load_rotation(const RotationBatch<Real>& rotation) {
+    const auto& q = rotation.quaternion;
+    const Lanes<Real> w = load<Real>(q[0]), x = load<Real>(q[1]), y = load<Real>(q[2]),
+                      z = load<Real>(q[3]), x2 = x + x, y2 = y + y, z2 = z + z;
+    const Lanes<Real> wx = w * x2, wy = w * y2, wz = w * z2, xx = x * x2, xy = x * y2, zx = x * z2,
+                      yy = y * y2, yz = y * z2, zz = z * z2;
+    return {{1 - (yy + zz), xy + wz, zx - wy},
+            {xy - wz, 1 - (xx + zz), yz + wx},
+            {zx + wy, yz - wx, 1 - (xx + yy)}};
+}
+
+/// Keeps R. With q its quaternion, 4 q q^T has sums of R's numbers alone (Shepperd 1978); of its
+/// columns, all multiples of q, the one with the largest number on the diagonal is normalised.
+template <class Real>
+void store_rotation(const Mat3<Real>& R, RotationBatch<Real>& rotation) {
+    const Lanes<Real> wx = R.y.z - R.z.y, wy = R.z.x - R.x.z, wz = R.x.y - R.y.x,
+                      xy = R.x.y + R.y.x, yz = R.y.z + R.z.y, zx = R.z.x + R.x.z;
+    const Lanes<Real> columns[4][4] = {{1 + R.x.x + R.y.y + R.z.z, wx, wy, wz},
+                                       {wx, 1 + R.x.x - R.y.y - R.z.z, xy, zx},
+                                       {wy, xy, 1 - R.x.x + R.y.y - R.z.z, yz},
+                                       {wz, zx, yz, 1 - R.x.x - R.y.y + R.z.z}};
+    Lanes<Real> q[4], largest = columns[0][0], squares{};
+    for (int i = 0; i < 4; ++i) q[i] = columns[0][i];
+    for (int c = 1; c < 4; ++c) {
+        const auto larger = columns[c][c] > largest;
+        largest = larger ? columns[c][c] : largest;
+        for (int i = 0; i < 4; ++i) q[i] = larger ? columns[c][i] : q[i];
+    }
+    for (const Lanes<Real>& number : q) squares += number * number;
+    const Lanes<Real> scale = 1 / sqrt(squares);
+    for (int i = 0; i < 4; ++i) store<Real>(scale * q[i], rotation.quaternion[i]);
 }
 
 template <class Real>

@@ -101,9 +101,7 @@ class BatchKernels : public testing::Test {
         while (batches.tet_at(k / batch_width<Real>, k % batch_width<Real>) !=
                static_cast<std::int32_t>(e))
             ++k;
-        return Matrix3d::NullaryExpr([&](Eigen::Index a, Eigen::Index b) {
-            return r[k / batch_width<Real>].R[3 * b + a][k % batch_width<Real>];
-        });
+        return rotation_at<Real>(r, k);
     }
     static std::vector<RotationBatch<Real>> rotations(const Soup& s,
                                                       const TetBatches<Real>& batches) {
