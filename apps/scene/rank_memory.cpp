@@ -31,7 +31,7 @@ LevelSize size_of_level(const TetMesh& mesh, bool has_matrix) {
     // the first three in both precisions; for each node its vectors, constraints and row of a
     // transfer.
     const double operator_bytes = has_matrix ? 76 * block_count(mesh) + (linear ? 228 : 470) * tets
-                                             : (linear ? 400 : 1400) * tets;
+                                             : (linear ? 340 : 1160) * tets;
     // For each tet its nodes; for each node its place and its row of the transfer.
     return {mesh.tets.size(), mesh.nodes.size(), operator_bytes + 600 * nodes,
             (linear ? 16.0 : 40.0) * tets + 72.0 * nodes};

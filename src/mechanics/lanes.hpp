@@ -39,13 +39,14 @@ Lanes<Real> all_lanes(Real x) {
     return x - Lanes<Real>{};
 }
 
-/// Square roots; `Vector`: Lanes of either precision.
-template <class Vector>
-Vector sqrt(const Vector& a) {
-    Vector root;
-    for (std::size_t l = 0; l < sizeof a / sizeof a[0]; ++l) root[l] = std::sqrt(a[l]);
-    return root;
+template <class Real>
+Lanes<Real> roots_of(const Lanes<Real>& a) {
+    Lanes<Real> roots;
+    for (int l = 0; l < batch_width<Real>; ++l) roots[l] = std::sqrt(a[l]);
+    return roots;
 }
+inline Lanes<float> sqrt(const Lanes<float>& a) { return roots_of<float>(a); }
+inline Lanes<double> sqrt(const Lanes<double>& a) { return roots_of<double>(a); }
 
 template <class Real>
 struct Vec3 {
