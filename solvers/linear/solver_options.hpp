@@ -90,7 +90,9 @@ void visit_fields(Visitor& v, SolverOptions& s) {
             "Other solvers use one thread per rank",
             at_least<0, int>());
     v.field("relative_tolerance", s.relative_tolerance, "",
-            "of each linear solve: residual relative to the right-hand side",
+            "of each linear solve: residual relative to the right-hand side. One that can end a "
+            "step of `solve` aims at half of what newton_tolerance allows, within 0.1 and a tenth "
+            "of this",
             within({0, 1, Ends::excluded}));
     v.field("max_iterations", s.max_iterations, "", "of each linear solve", at_least<1, int>());
     v.field("newton_tolerance", s.newton_tolerance, "",

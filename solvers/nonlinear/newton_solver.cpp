@@ -232,6 +232,12 @@ void NewtonSolver::set_tolerances() {
     LIVETET_PETSC(SNESSetTolerances(snes_.get(), absolute, relative, step, left, evaluations));
 }
 
+double NewtonSolver::linear_tolerance(double residual) const {
+    const double asked = controls_.linear_tolerance;
+    const double last = 0.5 * balance_.allowed(controls_.tolerance) / residual;
+    return last < 0.1 * asked ? asked : std::min(last, std::max(0.1, asked));
+}
+
 void NewtonSolver::solve_by_snes() {
     set_tolerances();
     const ForcingTerms terms(
@@ -318,6 +324,7 @@ SNESConvergedReason NewtonSolver::test(int iteration, double /*x_norm*/, double 
     if (!std::isfinite(residual) || balance_.state_fault()) return SNES_DIVERGED_FNORM_NAN;
     if (residual <= balance_.allowed(controls_.tolerance)) return SNES_CONVERGED_FNORM_ABS;
     if (controls_.is_time_up && controls_.is_time_up()) return SNES_DIVERGED_MAX_IT;
+    (void)solver_.krylov({linear_tolerance(residual), options_.max_iterations, {}});
     return SNES_CONVERGED_ITERATING;
 }
 
@@ -330,6 +337,12 @@ double NewtonSolver::slope(Vec f, Vec direction) const {
     return of_u - of_p;
 }
 
+bool NewtonSolver::is_as_asked(KSP ksp, KSPConvergedReason reason, Vec f) const {
+    PetscReal residual = 0;
+    LIVETET_PETSC(KSPGetResidualNorm(ksp, &residual));
+    return reason == KSP_DIVERGED_ITS && residual <= controls_.linear_tolerance * norm_of(f);
+}
+
 bool NewtonSolver::mend_direction(Vec f, Vec direction) {
     KSP ksp = nullptr;
     KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
@@ -340,7 +353,7 @@ bool NewtonSolver::mend_direction(Vec f, Vec direction) {
     progress_.direction = direction_of(tangent_);
     if (tangent_ != Tangent::exact) return with_another > 0;
     const double falls = slope(f, direction);
-    if (reason > 0 && falls > 0) return with_another > 0;
+    if ((reason > 0 || is_as_asked(ksp, reason, f)) && falls > 0) return with_another > 0;
     if (reason == KSP_DIVERGED_INDEFINITE_MAT && falls != 0 && std::isfinite(falls)) {
         // Where the first search direction has negative curvature, its step is a step back.
         if (falls < 0) LIVETET_PETSC(VecScale(direction, -1));

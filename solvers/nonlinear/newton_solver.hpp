@@ -59,6 +59,9 @@ struct SolveControls {
 /// the last steps' increments. Any other step needs the line search from its first iteration on.
 ///
 /// Also ours, unless the options say otherwise:
+/// - Near its end Newton's iteration leaves about the residual of its linear solve. So a linear
+///   solve that can end it aims at half of what is allowed, within a tenth of the right-hand side
+///   and a tenth of its own tolerance (Eisenstat and Walker 1996).
 /// - The tangent is the exact one. Where conjugate gradients meet negative curvature, what they
 ///   have found until then is the direction (truncated Newton: Nash 1985), and the line search
 ///   finds its length. If that is no direction of falling energy, if the linear solve fails in
@@ -88,6 +91,8 @@ class NewtonSolver {
     /// The first iteration; whether it left a finite state.
     bool predict();
     void set_tolerances();
+    /// Of the linear solve at an imbalance of `residual`, N.
+    double linear_tolerance(double residual) const;
     /// Has the linear solver's iterations call controls_.observe.
     void watch_linear_solver();
     void on_linear_iteration(int iteration, double residual);
@@ -106,6 +111,9 @@ class NewtonSolver {
     /// the trial state at length 1.
     std::optional<double> search_by_energy(const Line& line, double slope);
     double search_by_slope(const Line& line, double slope);
+    /// Whether a linear solve with the right-hand side f met the tolerance that was asked for, if
+    /// not the tighter one that it was given, when its iterations ended.
+    bool is_as_asked(KSP ksp, KSPConvergedReason reason, Vec f) const;
     /// Puts another direction where the exact tangent's failed; whether it changed it.
     bool mend_direction(Vec f, Vec direction);
     void take_positive_direction(Vec f, Vec direction);

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "base/error.hpp"
 #include "mesh/quadratic.hpp"
 #include "solvers/nonlinear/deformable_body.hpp"
@@ -79,6 +81,42 @@ TEST_F(NewtonSolverTest, ShowsItsIterationsAndWhatItHadToMeet) {
     EXPECT_LT(seen.back().linear_residual, 1e-6);
     EXPECT_NEAR(report.allowed_imbalance, tight.tolerance, 1e-3 * tight.tolerance);
     EXPECT_LE(report.imbalance, report.allowed_imbalance);
+}
+
+/// 0.5 of what is allowed, in both directions from the tolerance that was asked for.
+TEST_F(NewtonSolverTest, ALinearSolveThatCanEndTheStepGoesAsFarAsThat) {
+    if (test::rank_count() > 1) GTEST_SKIP() << "each rank would do the same";
+    const MeshHierarchy levels = make_hierarchy(
+        {test::block({12, 6, 6}, test::beam_size), test::block({6, 3, 3}, test::beam_size)},
+        "a beam of two levels");
+    const TetMesh& mesh = levels.levels.front();
+    DeformableBody body({PETSC_COMM_SELF, levels}, {materials}, {},
+                        {.kind = SolverKind::multigrid});
+    Constraints constraints(mesh.nodes.size());
+    constraints.prescribe(test::nodes_where(mesh, [](const Vector3& x) { return x.x() < 1e-9; }),
+                          Vector3::Zero());
+    body.set_constraints(constraints);
+    body.set_external_force(std::vector<Vector3>(
+        mesh.nodes.size(), Vector3(0, 0, -5 / static_cast<double>(mesh.nodes.size()))));
+    int looser = 0, tighter = 0;
+    for (const double tolerance : {1e-5, 3e-6, 1e-6, 3e-7, 1e-7, 3e-8, 1e-8}) {
+        std::map<int, std::vector<NewtonProgress>> seen;  // by Newton iteration
+        SolveControls controls{.tolerance = tolerance, .linear_tolerance = 1e-3};
+        controls.observe = [&](const NewtonProgress& p) { seen[p.newton_iterations].push_back(p); };
+        body.set_displacement(std::vector<Vector3>(mesh.nodes.size(), Vector3::Zero()));
+        ASSERT_TRUE(body.solve(0, controls).converged);
+        for (const auto& [newton, linear] : seen) {
+            const double last = 0.5 * tolerance / linear.back().imbalance,
+                         aim = last < 1e-4 ? 1e-3 : std::min(last, 0.1);
+            looser += aim > 1e-3, tighter += aim < 1e-3;
+            EXPECT_LE(linear.back().linear_residual, aim * (1 + 1e-9)) << tolerance << newton;
+            if (linear.size() > 1) {
+                EXPECT_GT(linear[linear.size() - 2].linear_residual, aim) << tolerance << newton;
+            }
+        }
+    }
+    EXPECT_GT(looser, 0);
+    EXPECT_GT(tighter, 0);
 }
 
 TEST_F(NewtonSolverTest, OtherSearchesAndTrustRegionsReachTheSameEquilibrium) {
