@@ -52,7 +52,7 @@ std::vector<Outcome> patch_tests() {
         Problem problem({box({1, 1, 1}, {4, 4, 4}, 0.15)}, {1, mixed ? 0.4999 : 0.3, 1}, d);
         const auto exact = [&](const Vector3& x) -> Vector3 { return A * x; };
         problem.prescribe_surface(exact);
-        problem.solve(1, 1e-13);
+        problem.solve(1, 1e-14);
         double worst = 0;
         for (std::size_t n = 0; n < problem.node_count(); ++n)
             worst = std::max(worst,
