@@ -12,6 +12,7 @@
 #include "base/log.hpp"
 #include "base/stopwatch.hpp"
 #include "io/points_csv.hpp"
+#include "solvers/parallel/log_stage.hpp"
 
 namespace livetet {
 
@@ -54,8 +55,10 @@ SolvedScene solve_scene(const Scene& scene, const SolveRequest& request) {
     RunFigures& figures = solved.figures;
     MPI_Comm_size(PETSC_COMM_WORLD, &figures.ranks);
     const auto start = std::chrono::steady_clock::now();
+    std::optional<LogStage> stage(std::in_place, "Livetet mesh");
     SceneMesh mesh = load_mesh_for(PETSC_COMM_WORLD, scene, request.progress);
     figures.mesh_s = seconds_since(start);
+    stage.emplace("Livetet set-up");
     std::optional<Probes> probes;
     std::optional<StateKeeper> states;
     TetMesh whole;
@@ -74,6 +77,7 @@ SolvedScene solve_scene(const Scene& scene, const SolveRequest& request) {
     if (first) warn_of_small_parts(body.tet_count(), figures.ranks);
 
     // 2. steps
+    stage.emplace("Livetet steps");
     RunHooks hooks = states->hooks(*body.body, request.progress);
     hooks.iterated = request.iterated;
     solved.history = run_scene(scene, *body.body, constraints, forces, hooks);
@@ -90,6 +94,7 @@ SolvedScene solve_scene(const Scene& scene, const SolveRequest& request) {
                           {0, states->output_s(), static_cast<long>(states->frames())});
 
     // 3. results
+    stage.emplace("Livetet results");
     nlohmann::json about = describe_run(scene, body, solved.history, figures, states->start_s());
     states->close(about.dump());
     about["output_s"] = states->output_s();

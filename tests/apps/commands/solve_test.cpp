@@ -393,6 +393,19 @@ TEST(Solve, ProbesThatCannotBeWrittenAreSaidBeforeTheSolve) {
     EXPECT_FALSE(std::filesystem::exists(folder / "result.h5"));
 }
 
+TEST(Solve, ALogHasTheStagesOfTheRunAndItsPhasesInThem) {
+    const Folder folder;
+    prepare_press(folder);
+    ASSERT_EQ(livetet(folder, "solve scene.yaml -log_view :log.txt").status, 0);
+    const std::string log = text_of(folder / "log.txt");
+    for (const char* stage : {"mesh", "set-up", "steps", "results"})
+        EXPECT_NE(log.find(fmt::format(" Livetet {}: ", stage)), std::string::npos) << stage;
+    const std::size_t steps = log.find("Event Stage 4: Livetet steps");
+    ASSERT_NE(steps, std::string::npos);
+    EXPECT_NE(log.find("LivetetAssembly", steps), std::string::npos);
+    EXPECT_EQ(log.substr(0, steps).find("LivetetAssembly "), std::string::npos);
+}
+
 TEST(Solve, PetscsOptionsThatNameNothingAreTold) {
     const Folder folder;
     prepare_press(folder);
