@@ -35,8 +35,9 @@ struct RankMemory {
 
 /// The memory of a solve on so many ranks; `levels`: the finest first. Several ranks make the first
 /// `of_ranks` of them from their own parts (refinements, ten-node tets). `tets_of_metis`: those
-/// that the first rank has for METIS; none if PTScotch partitions them. Boxes of 20,000 to 1.4
-/// million P1 tets took what this says on 1 to 8 ranks, within a tenth.
+/// that the first rank has for METIS; none if PTScotch partitions them. Corotated boxes of
+/// 1.4 million P1 tets took what this says on 1 and 4 ranks, within a tenth; those of small strain,
+/// without a matrix, a sixth less.
 RankMemory memory_of_rank(std::span<const LevelSize> levels, int ranks, int of_ranks,
                           std::size_t tets_of_metis);
 
