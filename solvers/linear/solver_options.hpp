@@ -91,8 +91,8 @@ void visit_fields(Visitor& v, SolverOptions& s) {
             at_least<0, int>());
     v.field("relative_tolerance", s.relative_tolerance, "",
             "of each linear solve: residual relative to the right-hand side. One that can end a "
-            "step of `solve` aims at half of what newton_tolerance allows, within 0.1 and a tenth "
-            "of this",
+            "step of `solve` aims at half of what newton_tolerance allows, between a tenth "
+            "of this and 0.1",
             within({0, 1, Ends::excluded}));
     v.field("max_iterations", s.max_iterations, "", "of each linear solve", at_least<1, int>());
     v.field("newton_tolerance", s.newton_tolerance, "",
