@@ -1,7 +1,5 @@
 #include "solvers/linear/displacement_solver.hpp"
 
-#include <Eigen/Dense>
-
 #include <cmath>
 
 #include "solvers/linear/stopping_test.hpp"
@@ -30,7 +28,10 @@ void take_options(KSP ksp) {
 
 DisplacementSolver::DisplacementSolver(const DistributedHierarchy& mesh, Role role,
                                        ThreadTeam& team)
-    : LinearSolver(mesh.tets), team_(team), role_(role) {}
+    : LinearSolver(mesh.tets),
+      team_(team),
+      role_(role),
+      earlier_(EarlierSolves::Nearness::energy, team) {}
 
 DisplacementSolver::~DisplacementSolver() = default;
 
@@ -93,66 +94,34 @@ bool DisplacementSolver::preconditions_by(PCType type) const {
     return same;
 }
 
-bool DisplacementSolver::start_from(std::span<const Unknowns> guesses, Vec b) {
-    if (!rest_)
-        for (PetscHandle<Vec>* v : {&rest_, &start_, &images_[0], &images_[1]})
-            *v = make_vector(fine().share());
-    // By hand: KSPGuess drops its vectors when the operator changes. Kept from doing so, in 60
-    // frames of a pressed block KSPGUESSFISCHER of size 2 takes 330 to 340 iterations, for it
-    // restarts when full; KSPGUESSPOD takes 181; this takes 179, and no guess 682.
-    // Fischer 1998: c minimises |x - sum c_i g_i| in the energy norm of the present operator.
-    const std::size_t count = std::min<std::size_t>(guesses.size(), max_guesses);
-    for (std::size_t i = 0; i < count; ++i)
-        LIVETET_PETSC(MatMult(matrix(), guesses[i].u, images_[i].get()));
-    Eigen::Matrix2d gram = Eigen::Matrix2d::Identity();
-    Eigen::Vector2d work = Eigen::Vector2d::Zero();
-    for (std::size_t i = 0; i < count; ++i) {
-        const Vec others[] = {b, images_[0].get(), images_[1].get()};
-        PetscScalar dots[3] = {};
-        LIVETET_PETSC(VecMDot(guesses[i].u, static_cast<PetscInt>(1 + count), others, dots));
-        work[i] = dots[0];
-        for (std::size_t j = 0; j < count; ++j) gram(i, j) = dots[1 + j];
-    }
-    if (count == 2) gram(0, 1) = gram(1, 0) = (gram(0, 1) + gram(1, 0)) / 2;
-    for (std::size_t i = 0; i < count; ++i) gram(i, i) = gram(i, i) * (1 + 1e-6) + 1e-300;
-    const Eigen::Vector2d share = gram.inverse() * work;
-    // A frame searches along no line: its guesses must not lead uphill.
-    const bool positive =
-        !stopping_->watches_curvature() || (gram(0, 0) > 0 && gram.determinant() > 0);
-    const bool of_use = positive && share.allFinite() && work.dot(share) > 0;
-    const Eigen::Vector2d c = of_use ? share : Eigen::Vector2d::Zero();
-    const auto guess = [&](std::size_t i) { return i < count ? guesses[i].u : b; };
-    const auto image = [&](std::size_t i) { return i < count ? images_[i].get() : b; };
-    const ReadArray from(b), g0(guess(0)), g1(guess(1)), i0(image(0)), i1(image(1));
-    WriteArray start(start_.get()), rest(rest_.get());
-    team_.run_pieces(rest.span().size(), 1000, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            start[i] = c[0] * g0[i] + c[1] * g1[i];
-            rest[i] = from[i] - c[0] * i0[i] - c[1] * i1[i];
-        }
-    });
-    return of_use;
-}
-
 LinearReport DisplacementSolver::solve(Vec b, Vec /*b_p*/, Vec x, Vec /*x_p*/,
-                                       const LinearControls& controls,
-                                       std::span<const Unknowns> guesses) {
+                                       const LinearControls& controls, LinearStart start) {
     const LinearControls asked = set_tolerances(controls);
     PetscReal size = 0;
     LIVETET_PETSC(VecNorm(b, NORM_2, &size));
-    const bool started = !guesses.empty() && start_from(guesses, b);
+    const bool goes_on = start == LinearStart::earlier_solves;
+    const bool started = goes_on && earlier_.start(matrix(), b);
     stopping_->begin(asked, std::max(asked.relative_tolerance * size, user_residual_));
-    Vec right_side = started ? rest_.get() : b;
+    Vec right_side = started ? earlier_.rest() : b;
     PetscInt iterations = 0;
     LIVETET_PETSC(KSPSolve(krylov_.get(), right_side, x));
     LIVETET_PETSC(KSPGetIterationNumber(krylov_.get(), &iterations));
     const int more = go_on(right_side, x);
-    if (started) LIVETET_PETSC(VecAXPY(x, 1, start_.get()));
+    if (started) LIVETET_PETSC(VecAXPY(x, 1, earlier_.start()));
+    if (goes_on) keep_for_later(b, x);
     LinearReport report;
     report.error = stopping_->end();
     finish_report(krylov_.get(), report);
     report.iterations = static_cast<int>(iterations) + more;
     return report;
+}
+
+void DisplacementSolver::keep_for_later(Vec b, Vec x) {
+    if (!image_) LIVETET_PETSC(VecDuplicate(x, image_.out()));
+    Vec residual = nullptr;  // KSPCG has it; other methods take a product, and start() for room
+    LIVETET_PETSC(KSPBuildResidual(krylov_.get(), earlier_.start(), image_.get(), &residual));
+    LIVETET_PETSC(VecAYPX(image_.get(), -1, b));
+    earlier_.keep(x, image_.get());
 }
 
 bool DisplacementSolver::apply_factorisation(Mat B, Mat X) {

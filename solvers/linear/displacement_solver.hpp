@@ -1,5 +1,6 @@
 #pragma once
 
+#include "solvers/linear/earlier_solves.hpp"
 #include "solvers/linear/linear_solver.hpp"
 #include "solvers/linear/stopping_test.hpp"
 
@@ -18,7 +19,8 @@ class DisplacementSolver : public LinearSolver {
     ~DisplacementSolver() override;
 
     LinearReport solve(Vec b, Vec b_p, Vec x, Vec x_p, const LinearControls& controls,
-                       std::span<const Unknowns> guesses) override;
+                       LinearStart start) override;
+    void forget_solves() override { earlier_.clear(); }
     bool apply_factorisation(Mat B, Mat X) override;
     int go_on(Vec b, Vec x) override;
     LevelAssembler& fine() override { return *levels_.front(); }
@@ -79,13 +81,13 @@ class DisplacementSolver : public LinearSolver {
     PetscHandle<KSP> krylov_;
 
   private:
-    /// start_ = the best combination x of guesses, rest_ = b - A x. Whether x is not zero.
-    bool start_from(std::span<const Unknowns> guesses, Vec b);
+    /// After a solve: keeps its x, which solves A x = b but for the Krylov solver's residual.
+    void keep_for_later(Vec b, Vec x);
 
     Role role_;
     std::unique_ptr<StoppingTest> stopping_;
-    PetscHandle<Vec> rest_, start_;         ///< with guesses: b - A x, and x, before Krylov
-    PetscHandle<Vec> images_[max_guesses];  ///< A times the guesses
+    EarlierSolves earlier_;
+    PetscHandle<Vec> image_;  ///< A x of the last solve that was kept
 };
 
 /// Applies PETSc's options. Throws Error for an unknown solver or preconditioner type.

@@ -25,6 +25,9 @@ struct LinearControls {
     std::optional<Deadline> deadline{};
 };
 
+/// Where a linear solve starts: from zero; or from EarlierSolves, to which it then belongs.
+enum class LinearStart { zero, earlier_solves };
+
 /// Result of a linear solve.
 struct [[nodiscard]] LinearReport {
     int iterations = 0;
@@ -63,11 +66,6 @@ ChosenFormulation choose_formulation(const ElasticModel& model);
 inline Formulation resolved_formulation(const ElasticModel& model) {
     return choose_formulation(model).formulation;
 }
-
-/// Displacements, m, and in the mixed form pressures, Pa; else p is null. Owns nothing.
-struct Unknowns {
-    Vec u = nullptr, p = nullptr;
-};
 
 /// Rows of a matrix in the mixed form; null in the displacement form.
 struct UnknownFields {
@@ -125,14 +123,14 @@ class LinearSolver {
     /// it has done so already.
     void set_up_preconditioner();
 
-    /// Solves A x = b. Displacement form: starts from the combination of `guesses` (zero at
-    /// constrained components; at most `max_guesses`) that is nearest to x in energy; b_p and x_p
-    /// are null. Mixed form: b_p is the constraint's residual as PressureCoupling::residual gives
-    /// it, x_p in Pa; live solves start from the combination of the least residual, others from
-    /// zero.
+    /// Solves A x = b. Displacement form: earlier solves are combined by energy; b_p and x_p are
+    /// null. Mixed form: b_p is the constraint's residual as PressureCoupling::residual gives it,
+    /// x_p in Pa; live solves combine earlier ones by residual, others start from zero.
     virtual LinearReport solve(Vec b, Vec b_p, Vec x, Vec x_p, const LinearControls& controls,
-                               std::span<const Unknowns> guesses = {}) = 0;
-    static constexpr int max_guesses = 2;
+                               LinearStart start = LinearStart::zero) = 0;
+    /// The next solve starts from zero: the body is not where the last one left it, or is held
+    /// elsewhere.
+    virtual void forget_solves() = 0;
 
     /// X = A^-1 B for the columns of dense matrices, up to rounding, if the preconditioner is a
     /// factorisation of A: all columns go through its triangles at once, which takes a fraction of
@@ -158,7 +156,7 @@ class LinearSolver {
 
     virtual SolverCosts costs() const { return costs_; }
 
-    /// Bytes that renewing the operators, and a solve of so many iterations from two guesses, move
+    /// Bytes that renewing the operators, and a solve of so many iterations from earlier ones, move
     /// at least; 0 from solvers that do not count them.
     virtual double bytes_of_update() const { return 0; }
     virtual double bytes_of_solve(double /*iterations*/) const { return 0; }

@@ -1,8 +1,5 @@
 #include "solvers/linear/live_saddle_point.hpp"
 
-#include <Eigen/Dense>
-
-#include <algorithm>
 #include <numeric>
 
 #include "solvers/linear/shells.hpp"
@@ -12,10 +9,12 @@ namespace livetet {
 
 LiveSaddlePoint::LiveSaddlePoint(LiveSolver& inner, PressureCoupling& coupling,
                                  PetscHandle<KSP> schur)
-    : inner_(inner), coupling_(coupling), schur_(std::move(schur)) {
+    : inner_(inner),
+      coupling_(coupling),
+      schur_(std::move(schur)),
+      earlier_(EarlierSolves::Nearness::residual, inner.team()) {
     displacements_ = static_cast<std::size_t>(3 * inner.fine().share().owned);
     const PetscInt pressures = coupling.matrix_free()->pressures();
-    image_.resize(displacements_ + static_cast<std::size_t>(pressures));
     force_.resize(displacements_);
     const auto first = static_cast<PetscInt>(displacements_);
     MPI_Comm comm = inner.fine().share().comm;
@@ -23,9 +22,7 @@ LiveSaddlePoint::LiveSaddlePoint(LiveSolver& inner, PressureCoupling& coupling,
     LIVETET_PETSC(ISCreateStride(comm, first, 0, 1, displacement_rows_.out()));
     LIVETET_PETSC(ISCreateStride(comm, pressures, first, 1, pressure_rows_.out()));
     LIVETET_PETSC(MatCreateVecs(coupling.minus_c(), q_.out(), cq_.out()));
-    LIVETET_PETSC(MatCreateVecs(matrix_.get(), start_.out(), rest_.out()));
-    for (auto& v : guesses_) LIVETET_PETSC(VecDuplicate(start_.get(), v.out()));
-    for (auto& v : images_) LIVETET_PETSC(VecDuplicate(start_.get(), v.out()));
+    LIVETET_PETSC(MatCreateVecs(matrix_.get(), nullptr, image_.out()));
 }
 
 void LiveSaddlePoint::configure(PC pc) {
@@ -61,51 +58,18 @@ void LiveSaddlePoint::multiply_minus_c(std::span<const double> q) {
     LIVETET_PETSC(VecResetArray(q_.get()));
 }
 
-bool LiveSaddlePoint::start_from(std::span<const Unknowns> guesses, Vec b) {
-    const std::size_t count = std::min<std::size_t>(guesses.size(), max_guesses);
-    for (std::size_t k = 0; k < count; ++k) {
-        join(guesses[k].u, guesses[k].p, guesses_[k].get());
-        {
-            WriteArray x(guesses_[k].get());
-            for (double& p : x.span().subspan(displacements_)) p /= coupling_.scale();
-        }
-        LIVETET_PETSC(MatMult(matrix_.get(), guesses_[k].get(), images_[k].get()));
-    }
-    // Least squares: the normal equations of two unknowns.
-    Eigen::Matrix2d gram = Eigen::Matrix2d::Identity();
-    Eigen::Vector2d along = Eigen::Vector2d::Zero();
-    for (std::size_t i = 0; i < count; ++i) {
-        LIVETET_PETSC(VecDot(b, images_[i].get(), &along[static_cast<Eigen::Index>(i)]));
-        for (std::size_t j = 0; j <= i; ++j) {
-            PetscScalar dot = 0;
-            LIVETET_PETSC(VecDot(images_[i].get(), images_[j].get(), &dot));
-            gram(i, j) = gram(j, i) = dot;
-        }
-        gram(i, i) = gram(i, i) * (1 + 1e-6) + 1e-300;
-    }
-    const Eigen::Vector2d c = gram.inverse() * along;
-    if (!c.allFinite() || !(along.dot(c) > 0)) return false;
-    LIVETET_PETSC(VecCopy(b, rest_.get()));
-    LIVETET_PETSC(VecSet(start_.get(), 0));
-    for (std::size_t k = 0; k < count; ++k) {
-        const double weight = c[static_cast<Eigen::Index>(k)];
-        LIVETET_PETSC(VecAXPY(start_.get(), weight, guesses_[k].get()));
-        LIVETET_PETSC(VecAXPY(rest_.get(), -weight, images_[k].get()));
-    }
-    return true;
-}
-
 bool LiveSaddlePoint::is_curved_down(std::span<const double> x) {
+    // image() = {K u + B^T q, B u - C q}
     const auto u = x.first(displacements_), q = x.subspan(displacements_);
-    const auto Ku = std::span(image_).first(displacements_),
-               Bu = std::span(image_).subspan(displacements_);
+    multiply_minus_c(q);
+    const ReadArray image(image_.get()), minus_cq(cq_.get());
     const auto dot = [](std::span<const double> a, std::span<const double> b) {
         return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
     };
-    inner_.multiply_mixed(*coupling_.matrix_free(), u, {}, Ku, Bu);
-    multiply_minus_c(q);
-    const double of_volume = dot(q, Bu), qCq = -dot(q, ReadArray(cq_.get()).span());
-    return dot(u, Ku) + (qCq > 0 ? of_volume * of_volume / qCq : 0) < 0;
+    const double qCq = -dot(q, minus_cq.span());
+    const double qBu = dot(q, image.span().subspan(displacements_)) + qCq;
+    const double uKu = dot(u, image.span().first(displacements_)) - qBu;
+    return uKu + (qCq > 0 ? qBu * qBu / qCq : 0) < 0;
 }
 
 }  // namespace livetet

@@ -150,7 +150,7 @@ bool LiveSolver::change_preconditioner(KSPConvergedReason reason) {
 
 double LiveSolver::bytes_of_solve(double iterations) const {
     const double product = fine_ ? fine_->bytes_of_multiply() : assembled_->bytes_of_multiply();
-    return (iterations + max_guesses) * product + iterations * cycle_->bytes_of_cycle();
+    return (iterations + 1) * product + iterations * cycle_->bytes_of_cycle();
 }
 
 std::string LiveSolver::preconditioner_name() const {

@@ -46,6 +46,7 @@ class LiveSolver : public DisplacementSolver {
     void take_positive() {
         if (fine_) fine_->take(Tangent::frozen_rotation);
     }
+    ThreadTeam& team() const { return team_; }
     bool takes_law() const { return fine_ && fine_->tangent() == Tangent::exact; }
 
   private:

@@ -159,8 +159,7 @@ RenewalExtent SaddlePointSolver::renew(const Configuration& at, const OperatorTe
 }
 
 LinearReport SaddlePointSolver::solve(Vec b_u, Vec b_p, Vec x_u, Vec x_p,
-                                      const LinearControls& controls,
-                                      std::span<const Unknowns> guesses) {
+                                      const LinearControls& controls, LinearStart start) {
     const LinearControls asked = set_tolerances(controls);
     join(b_u, b_p, b_.get());
     {
@@ -172,8 +171,7 @@ LinearReport SaddlePointSolver::solve(Vec b_u, Vec b_p, Vec x_u, Vec x_p,
     PetscReal size = 0;
     LIVETET_PETSC(VecNorm(b_.get(), NORM_2, &size));
     const double allowed = std::max(asked.relative_tolerance * size, user_residual_);
-    const int iterations =
-        live_ ? run_live(asked, allowed, guesses) : run(b_.get(), asked, allowed);
+    const int iterations = live_ ? run_live(asked, allowed, start) : run(b_.get(), asked, allowed);
     finish_report(krylov_.get(), report);
     report.iterations = iterations;
     if (live_) report.error = error_of(report.residual, size);
@@ -194,17 +192,26 @@ int SaddlePointSolver::run(Vec b, const LinearControls& controls, double allowed
     return static_cast<int>(iterations);
 }
 
-int SaddlePointSolver::run_live(const LinearControls& asked, double allowed,
-                                std::span<const Unknowns> guesses) {
-    const bool started = !guesses.empty() && live_->start_from(guesses, b_.get());
-    const int iterations = run(started ? live_->rest() : b_.get(), asked, allowed);
-    if (started) LIVETET_PETSC(VecAXPY(x_.get(), 1, live_->start()));
-    if (!live_->may_curve_down() || !live_->is_curved_down(ReadArray(x_.get()).span()))
-        return iterations;
-    live_->take_positive();
-    // As many again, whatever the clock says: a replay, which is told their number, does the same.
-    (void)run(b_.get(), {asked.relative_tolerance, std::max(iterations, 1)}, allowed);
+int SaddlePointSolver::run_live(const LinearControls& asked, double allowed, LinearStart start) {
+    EarlierSolves& earlier = live_->earlier();
+    const bool goes_on = start == LinearStart::earlier_solves;
+    const bool started = goes_on && earlier.start(matrix(), b_.get());
+    const int iterations = run(started ? earlier.rest() : b_.get(), asked, allowed);
+    if (started) LIVETET_PETSC(VecAXPY(x_.get(), 1, earlier.start()));
+    if (goes_on || live_->may_curve_down()) live_->find_image(x_.get());
+    if (live_->may_curve_down() && live_->is_curved_down(ReadArray(x_.get()).span())) {
+        live_->take_positive();
+        // As many again, whatever the clock says: a replay, which is told their number, does the
+        // same.
+        (void)run(b_.get(), {asked.relative_tolerance, std::max(iterations, 1)}, allowed);
+        if (goes_on) live_->find_image(x_.get());
+    }
+    if (goes_on) earlier.keep(x_.get(), live_->image());
     return iterations;
+}
+
+void SaddlePointSolver::forget_solves() {
+    if (live_) live_->earlier().clear();
 }
 
 double SaddlePointSolver::error_of(double residual, double size) {

@@ -35,7 +35,8 @@ class SaddlePointSolver : public LinearSolver {
     void set_springs(std::span<const double> stiffness) override;
     void find_mass() override { inner_->find_mass(); }
     LinearReport solve(Vec b, Vec b_p, Vec x, Vec x_p, const LinearControls& controls,
-                       std::span<const Unknowns> guesses) override;
+                       LinearStart start) override;
+    void forget_solves() override;
     Mat matrix() const override;
     UnknownFields fields() const override;
     PressureCoupling* coupling() const override { return coupling_.get(); }
@@ -61,9 +62,9 @@ class SaddlePointSolver : public LinearSolver {
 
     /// One run of the Krylov solver from x_ = 0; returns its iterations.
     int run(Vec b, const LinearControls& controls, double allowed);
-    /// The same around a LiveSolver, of A x = b_, from guesses where they are of use. Where Hooke's
-    /// law takes the place of a tangent, as many iterations again; returns the number of one run.
-    int run_live(const LinearControls& asked, double allowed, std::span<const Unknowns> guesses);
+    /// The same around a LiveSolver, of A x = b_. Where Hooke's law takes the place of a tangent,
+    /// as many iterations again; returns the number of one run.
+    int run_live(const LinearControls& asked, double allowed, LinearStart start);
     /// An estimate of the error of x_, m, RMS over the nodes: its length times the share of the
     /// right-hand side that is left.
     double error_of(double residual, double size);

@@ -45,8 +45,8 @@ DeformableBody::DeformableBody(DistributedHierarchy mesh, const ElasticModel& mo
       time_(make_time_integrator(time, *solver_, state_, team_)),
       prescribed_(level()),
       balance_(*solver_, time_, prescribed_, state_, team_),
-      newton_(balance_, time_, prescribed_, *solver_, state_, history_, options_),
-      stepper_(balance_, time_, prescribed_, *solver_, state_, history_, options_, team_) {
+      newton_(balance_, time_, prescribed_, *solver_, state_, options_),
+      stepper_(balance_, time_, prescribed_, *solver_, state_, options_, team_) {
     solver_->set_constrained(std::vector<std::uint8_t>(this->mesh().nodes.size(), 0));
     prescribed_.find_nodes();
 }
@@ -69,7 +69,7 @@ void DeformableBody::set_constraints(const Constraints& constraints) {
     if (on_any_rank(mesh(), !std::ranges::equal(own, level().constrained().first(own.size())))) {
         solver_->set_constrained(own);
         prescribed_.find_nodes();
-        history_.clear();
+        solver_->forget_solves();
     }
     prescribed_.set_values(constraints);
 }
@@ -124,7 +124,7 @@ void DeformableBody::set_velocity(std::span<const Vector3> velocity) {
 
 void DeformableBody::set_state(const BodySnapshot& snapshot) {
     restore_state(mesh(), snapshot, state_);
-    history_.clear();
+    solver_->forget_solves();
 }
 
 void DeformableBody::keep_state() {
@@ -145,7 +145,7 @@ void DeformableBody::end_step(double dt, StepReport& report) {
     linear_solves_.seconds += report.solve_s;
     linear_solves_.times += report.iterations;
     if (report.kept_old) {  // velocity and acceleration are unchanged too
-        history_.clear();
+        solver_->forget_solves();
         time_.return_to_start();
         balance_.update_rotations();
         return;

@@ -145,7 +145,6 @@ class DeformableBody {
     TimeIntegrator time_;
     PrescribedMotion prescribed_;
     ForceBalance balance_;
-    IncrementHistory history_;
     NewtonSolver newton_;
     FrameStepper stepper_;
 };

@@ -37,14 +37,12 @@ void renew_mean(double& mean, double value) { mean += newest * (value - mean); }
 
 FrameStepper::FrameStepper(ForceBalance& balance, TimeIntegrator& time,
                            PrescribedMotion& prescribed, LinearSolver& solver, BodyState& state,
-                           IncrementHistory& history, const SolverOptions& options,
-                           ThreadTeam& team)
+                           const SolverOptions& options, ThreadTeam& team)
     : balance_(balance),
       time_(time),
       prescribed_(prescribed),
       solver_(solver),
       state_(state),
-      history_(history),
       options_(options),
       team_(team) {}
 
@@ -85,7 +83,6 @@ StepReport FrameStepper::advance(FrameControls controls) {
         // what they do.
         const bool searches = k > 0 || (!moves && leads_far() && !solver_.fine().is_linear());
         if (k == 0) {
-            history_.push(du_.get(), dp_.get());
             LIVETET_PETSC(VecAXPY(state_.u.get(), 1, prescribed_.increment()));
         }
         if (searches) {
@@ -161,7 +158,7 @@ FrameStepper::Solved FrameStepper::solve_once(const FrameControls& controls,
     const LinearReport linear =
         solver_.solve(balance_.residual(), balance_.volume_residual(), du_.get(), dp_.get(),
                       {controls.linear_tolerance, max_iterations, controls.deadline},
-                      first ? history_.guesses() : std::span<const Unknowns>{});
+                      first ? LinearStart::earlier_solves : LinearStart::zero);
     report.solve_s += watch.lap();
     report.iterations += linear.iterations;
     if (report.newton_iterations < max_recorded_solves)

@@ -2,7 +2,6 @@
 
 #include "solvers/nonlinear/deadline_reserve.hpp"
 #include "solvers/nonlinear/force_balance.hpp"
-#include "solvers/nonlinear/increment_history.hpp"
 #include "solvers/nonlinear/step_report.hpp"
 
 namespace livetet {
@@ -33,8 +32,8 @@ class FrameStepper {
   public:
     /// All must outlive this.
     FrameStepper(ForceBalance& balance, TimeIntegrator& time, PrescribedMotion& prescribed,
-                 LinearSolver& solver, BodyState& state, IncrementHistory& history,
-                 const SolverOptions& options, ThreadTeam& team);
+                 LinearSolver& solver, BodyState& state, const SolverOptions& options,
+                 ThreadTeam& team);
 
     /// One frame from the state as it is, within a step that the TimeIntegrator has begun and whose
     /// prescribed increment was found. If the report says kept_old, the new state is not to be used
@@ -70,7 +69,6 @@ class FrameStepper {
     PrescribedMotion& prescribed_;
     LinearSolver& solver_;
     BodyState& state_;
-    IncrementHistory& history_;
     const SolverOptions& options_;
     ThreadTeam& team_;
     PetscHandle<Vec> du_, dp_;

@@ -79,13 +79,12 @@ PetscHandle<Vec> make_unknown(const LinearSolver& solver) {
 
 NewtonSolver::NewtonSolver(ForceBalance& balance, TimeIntegrator& time,
                            PrescribedMotion& prescribed, LinearSolver& solver, BodyState& state,
-                           IncrementHistory& history, const SolverOptions& options)
+                           const SolverOptions& options)
     : balance_(balance),
       time_(time),
       prescribed_(prescribed),
       solver_(solver),
       state_(state),
-      history_(history),
       options_(options) {}
 
 void NewtonSolver::make_snes(MPI_Comm comm) {
@@ -176,7 +175,6 @@ StepReport NewtonSolver::solve(const SolveControls& controls) {
     balance_.keep_scale();
     report_.forces_s += watch.lap();
     const bool is_linear = solver_.fine().is_linear();
-    if (!time_.is_dynamic() && !is_linear) history_.clear();  // load steps may differ in direction
     const bool predicts =
         prescribed_.increment_size() != 0 || (is_linear && imbalance > balance_.negligible());
     if (!predicts || predict()) solve_by_snes();
@@ -197,14 +195,17 @@ bool NewtonSolver::predict() {
     const double imbalance = moves ? balance_.subtract_prescribed() : balance_.residual_norm();
     report_.forces_s += watch.lap();
     const LinearControls controls{controls_.linear_tolerance, options_.max_iterations, {}};
+    // Load steps of a static body may differ in direction.
+    const LinearStart start = time_.is_dynamic() || solver_.fine().is_linear()
+                                  ? LinearStart::earlier_solves
+                                  : LinearStart::zero;
     for (tangent_ = next_tangent();;) {
         balance_.assemble(tangent_);
         report_.operator_s += watch.lap();
         solver_.set_up_preconditioner();
         report_.preconditioner_s += watch.lap();
-        const LinearReport linear =
-            solver_.solve(balance_.residual(), balance_.volume_residual(), du_.get(), dp_.get(),
-                          controls, history_.guesses());
+        const LinearReport linear = solver_.solve(balance_.residual(), balance_.volume_residual(),
+                                                  du_.get(), dp_.get(), controls, start);
         report_.solve_s += watch.lap();
         report_.iterations += linear.iterations;
         report_.linear_residual = imbalance > 0 ? linear.residual / imbalance : 0;
@@ -214,7 +215,6 @@ bool NewtonSolver::predict() {
         positive_steps_ = 2;
     }
     ++report_.newton_iterations;
-    history_.push(du_.get(), dp_.get());
     LIVETET_PETSC(VecAXPY(state_.u.get(), 1, du_.get()));
     if (state_.p) LIVETET_PETSC(VecAXPY(state_.p.get(), 1, dp_.get()));
     if (moves) LIVETET_PETSC(VecAXPY(state_.u.get(), 1, prescribed_.increment()));

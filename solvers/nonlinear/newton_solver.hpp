@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "solvers/nonlinear/force_balance.hpp"
-#include "solvers/nonlinear/increment_history.hpp"
 #include "solvers/nonlinear/step_report.hpp"
 
 namespace livetet {
@@ -76,8 +75,7 @@ class NewtonSolver {
   public:
     /// All must outlive this.
     NewtonSolver(ForceBalance& balance, TimeIntegrator& time, PrescribedMotion& prescribed,
-                 LinearSolver& solver, BodyState& state, IncrementHistory& history,
-                 const SolverOptions& options);
+                 LinearSolver& solver, BodyState& state, const SolverOptions& options);
 
     /// Solves from the state as it is, within a step that the TimeIntegrator has begun and whose
     /// prescribed increment was found. The state is the last iterate, whatever the outcome; the
@@ -124,7 +122,6 @@ class NewtonSolver {
     PrescribedMotion& prescribed_;
     LinearSolver& solver_;
     BodyState& state_;
-    IncrementHistory& history_;
     const SolverOptions& options_;
     SolveControls controls_;
     StepReport report_;  ///< of the solve under way

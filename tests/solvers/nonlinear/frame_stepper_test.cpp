@@ -28,8 +28,7 @@ class PressedBlock {
           time_({}, solver_->fine(), state, ThreadTeam::alone()),
           prescribed_(solver_->fine()),
           balance_(*solver_, time_, prescribed_, state, ThreadTeam::alone()),
-          stepper_(balance_, time_, prescribed_, *solver_, state, history, options_,
-                   ThreadTeam::alone()) {
+          stepper_(balance_, time_, prescribed_, *solver_, state, options_, ThreadTeam::alone()) {
         press(Vector3::Zero());
     }
     const TetMesh& mesh() const { return hierarchy_.levels.front(); }
@@ -69,7 +68,6 @@ class PressedBlock {
     }
 
     BodyState state;
-    IncrementHistory history;
 
   private:
     static std::vector<std::vector<std::int32_t>> parts_of(const MeshHierarchy& hierarchy) {

@@ -1,0 +1,130 @@
+#include "solvers/linear/earlier_solves.hpp"
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+
+#include "solvers/parallel/sum_over_ranks.hpp"
+
+namespace livetet {
+
+namespace {
+
+/// Components that are summed one after the other: sums of pieces of fixed length have the same
+/// bits on any number of threads.
+constexpr std::size_t piece = 1536;
+
+/// Least number of components for which a further thread is woken.
+constexpr std::size_t grain = 1000;
+
+/// Directions in which solutions differ by less than the root of this part of their size are left
+/// out: there G tells more of how A has changed than of the solutions.
+constexpr double least_eigenvalue = 1e-3;
+
+/// x . v, in eight sums, which fill a vector register.
+double dot(const float* x, const double* v, std::size_t count) {
+    double sums[8] = {};
+    std::size_t i = 0;
+    for (; i + 8 <= count; i += 8)
+        for (std::size_t k = 0; k < 8; ++k) sums[k] += static_cast<double>(x[i + k]) * v[i + k];
+    for (; i < count; ++i) sums[0] += static_cast<double>(x[i]) * v[i];
+    return ((sums[0] + sums[1]) + (sums[2] + sums[3])) +
+           ((sums[4] + sums[5]) + (sums[6] + sums[7]));
+}
+
+void round_to(std::vector<float>& to, Vec from) {
+    const ReadArray values(from);
+    std::ranges::transform(values.span(), to.begin(),
+                           [](double v) { return static_cast<float>(v); });
+}
+
+}  // namespace
+
+EarlierSolves::Numbers EarlierSolves::products_with(Vec v) {
+    const ReadArray values(v);
+    const std::size_t size = values.span().size(), pieces = (size + piece - 1) / piece;
+    piece_sums_.resize(pieces * most);
+    team_.run_pieces(pieces, 1, [&](std::size_t first, std::size_t last) {
+        for (std::size_t k = first; k < last; ++k)
+            for (int i = 0; i < count_; ++i)
+                piece_sums_[k * most + i] =
+                    dot(tests()[i].data() + k * piece, values.span().data() + k * piece,
+                        std::min(piece, size - k * piece));
+    });
+    Numbers sums = Numbers::Zero();
+    for (std::size_t k = 0; k < pieces; ++k)
+        for (int i = 0; i < count_; ++i) sums[i] += piece_sums_[k * most + i];
+    MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(v));
+    sum_over_ranks(comm, {sums.data(), most});
+    return sums;
+}
+
+EarlierSolves::Numbers EarlierSolves::shares(const Numbers& work) const {
+    const Numbers scale = gram_.diagonal().cwiseAbs().cwiseSqrt().cwiseMax(1e-150).cwiseInverse();
+    const Eigen::SelfAdjointEigenSolver<Gram> modes(scale.asDiagonal() * gram_ *
+                                                    scale.asDiagonal());
+    Numbers of_modes = modes.eigenvectors().transpose() * scale.cwiseProduct(work);
+    for (int i = 0; i < most; ++i) {
+        const double size = modes.eigenvalues()[i];
+        of_modes[i] = size > least_eigenvalue ? of_modes[i] / size : 0;
+    }
+    return scale.cwiseProduct(modes.eigenvectors() * of_modes);
+}
+
+void EarlierSolves::make_room(Vec like) {
+    LIVETET_PETSC(VecDuplicate(like, start_.out()));
+    LIVETET_PETSC(VecDuplicate(like, rest_.out()));
+    PetscInt size = 0;
+    LIVETET_PETSC(VecGetLocalSize(like, &size));
+    for (auto& solution : solutions_) solution.resize(size);
+    if (nearness_ == Nearness::residual)
+        for (auto& image : images_) image.resize(size);
+}
+
+bool EarlierSolves::start(Mat A, Vec b) {
+    if (!start_) make_room(b);
+    if (count_ == 0) return false;
+    const Numbers c = shares(products_with(b));
+    if (!c.allFinite()) return false;
+    {
+        WriteArray x(start_.get());
+        team_.run_pieces(x.span().size(), grain, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) x[i] = c[0] * solutions_[0][i];
+            for (int k = 1; k < count_; ++k)
+                for (std::size_t i = begin; i < end; ++i) x[i] += c[k] * solutions_[k][i];
+        });
+    }
+    LIVETET_PETSC(MatMult(A, start_.get(), rest_.get()));
+    const Vec factors[] = {b, rest_.get()};
+    PetscScalar work[2] = {};
+    LIVETET_PETSC(
+        VecMDot(nearness_ == Nearness::energy ? start_.get() : rest_.get(), 2, factors, work));
+    // Where the energy rises, or does not fall along x, a frame, which searches along no line, must
+    // not follow it.
+    if (!(work[0] > 0 && work[1] > 0)) return false;
+    const double a = work[0] / work[1];
+    const ReadArray from(b);
+    WriteArray x(start_.get()), rest(rest_.get());
+    team_.run_pieces(x.span().size(), grain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            x[i] *= a;
+            rest[i] = from[i] - a * rest[i];
+        }
+    });
+    return true;
+}
+
+void EarlierSolves::keep(Vec x, Vec y) {
+    std::rotate(solutions_.begin(), solutions_.end() - 1, solutions_.end());
+    std::rotate(images_.begin(), images_.end() - 1, images_.end());
+    round_to(solutions_.front(), x);
+    if (nearness_ == Nearness::residual) round_to(images_.front(), y);
+    const Eigen::Matrix<double, most - 1, most - 1> older =
+        gram_.topLeftCorner<most - 1, most - 1>();
+    gram_.bottomRightCorner<most - 1, most - 1>() = older;
+    count_ = std::min(count_ + 1, most);
+    gram_.row(0) = products_with(y).transpose();
+    gram_.col(0) = gram_.row(0).transpose();
+}
+
+}  // namespace livetet
