@@ -310,7 +310,7 @@ TEST(Phantom, TheSameSeedGivesTheSameBytesAndTheFolderHoldsTogether) {
     const PhantomOptions options{.seed = 5, .spacing_mm = 3, .truth_tets = 3000};
     const auto names = write_phantom(folder / "one", options);
     PhantomOptions quicker = options;  // what the truth's mesh gives is not compared
-    quicker.truth_tets = 2000;
+    quicker.truth_tets = 1000;
     (void)write_phantom(folder / "two", quicker);
     for (const fs::path& name : names) {
         // Gmsh does not make the same mesh twice, so the pressed organ differs a little.
@@ -343,7 +343,7 @@ TEST(Phantom, TheSameSeedGivesTheSameBytesAndTheFolderHoldsTogether) {
     EXPECT_GT(read_sequence(folder / "one" / "sweep.igs.mha").samples.size(), 200U);
 
     // On one mesh the truth is the same twice.
-    const MeshHierarchy hierarchy = mesh_for_truth(images().labels, images().fixed_mask, 3000);
+    const MeshHierarchy hierarchy = mesh_for_truth(images().labels, images().fixed_mask, 1500);
     Truth once = a_truth(), twice = a_truth();
     solve_truth(hierarchy, phantom::targets(), once);
     solve_truth(hierarchy, phantom::targets(), twice);

@@ -70,7 +70,9 @@ TEST(DistributedHierarchy, RanksRefineTheirPartsToTheSameBody) {
     if (test::rank_count() == 1) GTEST_SKIP() << "one rank refines the whole mesh";
     for (const bool is_quadratic : {false, true})
         for (const Formulation form : {Formulation::displacement, Formulation::mixed}) {
-            const MeshHierarchy read = beam_levels();
+            const MeshHierarchy read = make_hierarchy(
+                {test::block({6, 3, 3}, test::beam_size), test::block({3, 1, 1}, test::beam_size)},
+                "a coarse beam");
             MeshHierarchy whole = with_refined_levels(read, 1);
             if (is_quadratic) whole = with_quadratic_level(std::move(whole));
             DistributedHierarchy taken(

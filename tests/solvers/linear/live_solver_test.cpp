@@ -5,6 +5,8 @@
 
 #include <Eigen/Geometry>
 
+#include <cmath>
+
 #include "mesh/quadratic.hpp"
 #include "solvers/nonlinear/deformable_body.hpp"
 #include "support/beam_press.hpp"
@@ -227,6 +229,27 @@ TEST_F(LiveSolverTest, GoesOnFromTheStepsBefore) {
         if (k == 1) first = report.linear_error;
     }
     EXPECT_LT(report.linear_error, 0.3 * first);
+}
+
+TEST_F(LiveSolverTest, FramesBeforeSpanAPressThatGoesRoundInAllDirections) {
+    const SolverOptions options{.kind = SolverKind::live};
+    const auto live = body(options), forgetful = body(options), exact = body(options);
+    double error = 0, without = 0;
+    for (int k = 1; k <= 36; ++k) {
+        const double t = 0.05 * k;
+        const Constraints now = test::pressed_beam(
+            hierarchy.levels.front(), 0.02,
+            {0.003 * std::sin(2 * t), 0.004 * std::sin(3 * t), -0.005 * (1 - std::cos(t))});
+        for (const auto& b : {live.get(), forgetful.get(), exact.get()}) b->set_constraints(now);
+        forgetful->set_state(forgetful->gather_state());  // forgets the solves before
+        for (const auto& b : {live.get(), forgetful.get()})
+            (void)b->advance(0, {.linear_tolerance = 1e-9, .max_iterations = 1});
+        if (k <= 12) continue;
+        ASSERT_TRUE(exact->solve(0, {.tolerance = 1e-6}).converged);
+        error += test::largest_gap(live->displacement(), exact->displacement());
+        without += test::largest_gap(forgetful->displacement(), exact->displacement());
+    }
+    EXPECT_LT(error, 0.4 * without);
 }
 
 /// The whole body turned by 25 degrees a step: halves of an operator that are a step apart do not

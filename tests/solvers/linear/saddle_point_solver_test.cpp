@@ -111,7 +111,7 @@ TEST_F(SaddlePoint, SolvesBothRows) {
 /// iterations.
 TEST_F(SaddlePoint, HeldTetsAndPoissonsRatioCostNoIterations) {
     hierarchy = with_quadratic_level(std::move(hierarchy));
-    for (const double nu : {0.49, 0.499, 0.4999}) {
+    for (const double nu : {0.49, 0.4999}) {
         materials.front().poisson = nu;
         const Solution at_face = solve({.relative_tolerance = 1e-8});
         const Solution half = solve({.relative_tolerance = 1e-8}, test::beam_size.x() / 2);
