@@ -100,7 +100,7 @@ LinearReport DisplacementSolver::solve(Vec b, Vec /*b_p*/, Vec x, Vec /*x_p*/,
     PetscReal size = 0;
     LIVETET_PETSC(VecNorm(b, NORM_2, &size));
     const bool goes_on = start == LinearStart::earlier_solves;
-    const bool started = goes_on && earlier_.start(matrix(), b);
+    const bool started = goes_on && earlier_.find_start(matrix(), b);
     stopping_->begin(asked, std::max(asked.relative_tolerance * size, user_residual_));
     Vec right_side = started ? earlier_.rest() : b;
     PetscInt iterations = 0;
@@ -108,7 +108,7 @@ LinearReport DisplacementSolver::solve(Vec b, Vec /*b_p*/, Vec x, Vec /*x_p*/,
     LIVETET_PETSC(KSPGetIterationNumber(krylov_.get(), &iterations));
     const int more = go_on(right_side, x);
     if (started) LIVETET_PETSC(VecAXPY(x, 1, earlier_.start()));
-    if (goes_on) keep_for_later(b, x);
+    if (goes_on) find_image(b, x, more == 0);
     LinearReport report;
     report.error = stopping_->end();
     finish_report(krylov_.get(), report);
@@ -116,12 +116,18 @@ LinearReport DisplacementSolver::solve(Vec b, Vec /*b_p*/, Vec x, Vec /*x_p*/,
     return report;
 }
 
-void DisplacementSolver::keep_for_later(Vec b, Vec x) {
+void DisplacementSolver::find_image(Vec b, Vec x, bool is_whole_solve) {
     if (!image_) LIVETET_PETSC(VecDuplicate(x, image_.out()));
-    Vec residual = nullptr;  // KSPCG has it; other methods take a product, and start() for room
+    PetscBool is_cg = PETSC_FALSE;
+    LIVETET_PETSC(
+        PetscObjectTypeCompare(reinterpret_cast<PetscObject>(krylov_.get()), KSPCG, &is_cg));
+    if (!is_cg || !is_whole_solve) {
+        LIVETET_PETSC(MatMult(matrix(), x, image_.get()));
+        return;
+    }
+    Vec residual = nullptr;  // CG has it; PETSc asks for a second vector, which CG does not touch
     LIVETET_PETSC(KSPBuildResidual(krylov_.get(), earlier_.start(), image_.get(), &residual));
     LIVETET_PETSC(VecAYPX(image_.get(), -1, b));
-    earlier_.keep(x, image_.get());
 }
 
 bool DisplacementSolver::apply_factorisation(Mat B, Mat X) {

@@ -20,6 +20,7 @@ class DisplacementSolver : public LinearSolver {
 
     LinearReport solve(Vec b, Vec b_p, Vec x, Vec x_p, const LinearControls& controls,
                        LinearStart start) override;
+    void keep_solve(Vec x) override { earlier_.keep(x, image_.get()); }
     void forget_solves() override { earlier_.clear(); }
     bool apply_factorisation(Mat B, Mat X) override;
     int go_on(Vec b, Vec x) override;
@@ -81,13 +82,14 @@ class DisplacementSolver : public LinearSolver {
     PetscHandle<KSP> krylov_;
 
   private:
-    /// After a solve: keeps its x, which solves A x = b but for the Krylov solver's residual.
-    void keep_for_later(Vec b, Vec x);
+    /// image_ = A x after a solve of A x = b. `is_whole_solve`: the Krylov solver's last run, which
+    /// has its residual, was of the present operator.
+    void find_image(Vec b, Vec x, bool is_whole_solve);
 
     Role role_;
     std::unique_ptr<StoppingTest> stopping_;
     EarlierSolves earlier_;
-    PetscHandle<Vec> image_;  ///< A x of the last solve that was kept
+    PetscHandle<Vec> image_;  ///< A x of the last solve that started from earlier ones
 };
 
 /// Applies PETSc's options. Throws Error for an unknown solver or preconditioner type.

@@ -17,9 +17,9 @@ constexpr std::size_t piece = 1536;
 /// Least number of components for which a further thread is woken.
 constexpr std::size_t grain = 1000;
 
-/// Directions in which solutions differ by less than the root of this part of their size are left
-/// out: there G tells more of how A has changed than of the solutions.
-constexpr double least_eigenvalue = 1e-3;
+/// Eigenvalues of G, scaled to a unit diagonal, that are smaller are left out: along them the change
+/// of A outweighs the solutions.
+constexpr double min_eigenvalue = 1e-3;
 
 /// x . v, in eight sums, which fill a vector register.
 double dot(const float* x, const double* v, std::size_t count) {
@@ -43,19 +43,19 @@ void round_to(std::vector<float>& to, Vec from) {
 EarlierSolves::Numbers EarlierSolves::products_with(Vec v) {
     const ReadArray values(v);
     const std::size_t size = values.span().size(), pieces = (size + piece - 1) / piece;
-    piece_sums_.resize(pieces * most);
+    piece_sums_.resize(pieces * max_solutions);
     team_.run_pieces(pieces, 1, [&](std::size_t first, std::size_t last) {
         for (std::size_t k = first; k < last; ++k)
             for (int i = 0; i < count_; ++i)
-                piece_sums_[k * most + i] =
+                piece_sums_[k * max_solutions + i] =
                     dot(tests()[i].data() + k * piece, values.span().data() + k * piece,
                         std::min(piece, size - k * piece));
     });
     Numbers sums = Numbers::Zero();
     for (std::size_t k = 0; k < pieces; ++k)
-        for (int i = 0; i < count_; ++i) sums[i] += piece_sums_[k * most + i];
+        for (int i = 0; i < count_; ++i) sums[i] += piece_sums_[k * max_solutions + i];
     MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(v));
-    sum_over_ranks(comm, {sums.data(), most});
+    sum_over_ranks(comm, {sums.data(), max_solutions});
     return sums;
 }
 
@@ -64,9 +64,9 @@ EarlierSolves::Numbers EarlierSolves::shares(const Numbers& work) const {
     const Eigen::SelfAdjointEigenSolver<Gram> modes(scale.asDiagonal() * gram_ *
                                                     scale.asDiagonal());
     Numbers of_modes = modes.eigenvectors().transpose() * scale.cwiseProduct(work);
-    for (int i = 0; i < most; ++i) {
+    for (int i = 0; i < max_solutions; ++i) {
         const double size = modes.eigenvalues()[i];
-        of_modes[i] = size > least_eigenvalue ? of_modes[i] / size : 0;
+        of_modes[i] = size > min_eigenvalue ? of_modes[i] / size : 0;
     }
     return scale.cwiseProduct(modes.eigenvectors() * of_modes);
 }
@@ -81,7 +81,7 @@ void EarlierSolves::make_room(Vec like) {
         for (auto& image : images_) image.resize(size);
 }
 
-bool EarlierSolves::start(Mat A, Vec b) {
+bool EarlierSolves::find_start(Mat A, Vec b) {
     if (!start_) make_room(b);
     if (count_ == 0) return false;
     const Numbers c = shares(products_with(b));
@@ -89,9 +89,12 @@ bool EarlierSolves::start(Mat A, Vec b) {
     {
         WriteArray x(start_.get());
         team_.run_pieces(x.span().size(), grain, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) x[i] = c[0] * solutions_[0][i];
-            for (int k = 1; k < count_; ++k)
-                for (std::size_t i = begin; i < end; ++i) x[i] += c[k] * solutions_[k][i];
+            for (std::size_t first = begin; first < end; first += piece) {  // x stays in the cache
+                const std::size_t last = std::min(end, first + piece);
+                for (std::size_t i = first; i < last; ++i) x[i] = c[0] * solutions_[0][i];
+                for (int k = 1; k < count_; ++k)
+                    for (std::size_t i = first; i < last; ++i) x[i] += c[k] * solutions_[k][i];
+            }
         });
     }
     LIVETET_PETSC(MatMult(A, start_.get(), rest_.get()));
@@ -119,12 +122,13 @@ void EarlierSolves::keep(Vec x, Vec y) {
     std::rotate(images_.begin(), images_.end() - 1, images_.end());
     round_to(solutions_.front(), x);
     if (nearness_ == Nearness::residual) round_to(images_.front(), y);
-    const Eigen::Matrix<double, most - 1, most - 1> older =
-        gram_.topLeftCorner<most - 1, most - 1>();
-    gram_.bottomRightCorner<most - 1, most - 1>() = older;
-    count_ = std::min(count_ + 1, most);
+    const Eigen::Matrix<double, max_solutions - 1, max_solutions - 1> older =
+        gram_.topLeftCorner<max_solutions - 1, max_solutions - 1>();
+    gram_.bottomRightCorner<max_solutions - 1, max_solutions - 1>() = older;
+    count_ = std::min(count_ + 1, max_solutions);
     gram_.row(0) = products_with(y).transpose();
     gram_.col(0) = gram_.row(0).transpose();
+    if (!gram_.row(0).allFinite()) clear();
 }
 
 }  // namespace livetet

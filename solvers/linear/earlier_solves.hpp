@@ -16,20 +16,16 @@ namespace livetet {
 ///
 ///     x_0 = a sum_i c_i x_i,   G c = w,   G_ij = t_i . y_j,   w_i = t_i . b.
 ///
-/// y_j = A_j x_j is what the operator of its own solve made of x_j. That solve leaves it, so that c
-/// takes no product, however many solutions there are. A changes little from solve to solve: one
-/// product by the present A tells how far to go along the combination, a, and what is left,
-/// b - A x_0. With one A for all this is the projection of Fischer (1998, Projection techniques for
-/// iterative solution of Ax = b with successive right-hand sides).
-///
-/// In 60 frames of a pressed block, PETSc's KSPGuess of the same kind, kept from dropping its
-/// vectors when the operator changes, took 181 iterations with two solutions (POD), and 330 to 340
-/// (Fischer), as it restarts when full; two solutions combined as here 179, and no start 682.
+/// y_j = A_j x_j is what the operator of its own solve made of x_j, so that c takes no product by
+/// the present A, however many solutions there are. It is of use as far as A changes little from
+/// solve to solve: one product by the present A tells how far to go along the combination, a, and
+/// what is left, b - A x_0. With one A for all this is the projection of Fischer (1998, Projection
+/// techniques for iterative solution of Ax = b with successive right-hand sides). PETSc's KSPGuess
+/// drops its vectors when A changes.
 class EarlierSolves {
   public:
-    /// The solutions that are kept. Static frames at nu 0.45, one cycle each, were 0.46 % off with
-    /// two, 0.26 with four, 0.13 with six and 0.12 with eight.
-    static constexpr int most = 6;
+    /// How many are kept.
+    static constexpr int max_solutions = 6;
 
     /// energy: t_i = x_i, the least energy norm of the error; G is symmetric, and each entry is
     /// taken by the newer of its two operators. A must be positive. residual: t_i = y_i, the least
@@ -44,15 +40,16 @@ class EarlierSolves {
     }
     /// Finds start() and rest() for A x = b. Returns whether they are of use; else a solve starts
     /// from zero. Allocates when it is called first. Collective, and so is keep.
-    bool start(Mat A, Vec b);
+    bool find_start(Mat A, Vec b);
     Vec start() const { return start_.get(); }
     Vec rest() const { return rest_.get(); }  ///< b - A start()
-    /// Keeps a solution and y = A x. start() was called before.
+    /// Keeps a solution and y = A x; forgets all where they are not finite. find_start was called
+    /// before.
     void keep(Vec x, Vec y);
 
   private:
-    using Gram = Eigen::Matrix<double, most, most>;
-    using Numbers = Eigen::Vector<double, most>;  ///< one a solution, zero behind the last
+    using Gram = Eigen::Matrix<double, max_solutions, max_solutions>;
+    using Numbers = Eigen::Vector<double, max_solutions>;  ///< one a solution, zero behind the last
 
     void make_room(Vec like);
     std::span<const std::vector<float>> tests() const {
@@ -66,8 +63,8 @@ class EarlierSolves {
     Nearness nearness_;
     ThreadTeam& team_;
     int count_ = 0;
-    std::array<std::vector<float>, most> solutions_, images_;  ///< newest first
-    Gram gram_ = Gram::Identity();                             ///< the identity behind the last
+    std::array<std::vector<float>, max_solutions> solutions_, images_;  ///< newest first
+    Gram gram_ = Gram::Identity();  ///< the identity behind the last
     PetscHandle<Vec> start_, rest_;
     std::vector<double> piece_sums_;  ///< of products_with
 };

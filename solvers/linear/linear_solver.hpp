@@ -25,7 +25,7 @@ struct LinearControls {
     std::optional<Deadline> deadline{};
 };
 
-/// Where a linear solve starts: from zero; or from EarlierSolves, to which it then belongs.
+/// Where a linear solve starts: from zero, or from a combination of the solves that were kept.
 enum class LinearStart { zero, earlier_solves };
 
 /// Result of a linear solve.
@@ -128,8 +128,10 @@ class LinearSolver {
     /// x_p in Pa; live solves combine earlier ones by residual, others start from zero.
     virtual LinearReport solve(Vec b, Vec b_p, Vec x, Vec x_p, const LinearControls& controls,
                                LinearStart start = LinearStart::zero) = 0;
-    /// The next solve starts from zero: the body is not where the last one left it, or is held
-    /// elsewhere.
+    /// Keeps the last solve, which had LinearStart::earlier_solves and whose x (the displacements')
+    /// is as it left it: its solution was taken. Collective.
+    virtual void keep_solve(Vec x) = 0;
+    /// Drops what was kept, to be called where the state or the constraints jump.
     virtual void forget_solves() = 0;
 
     /// X = A^-1 B for the columns of dense matrices, up to rounding, if the preconditioner is a

@@ -195,7 +195,7 @@ int SaddlePointSolver::run(Vec b, const LinearControls& controls, double allowed
 int SaddlePointSolver::run_live(const LinearControls& asked, double allowed, LinearStart start) {
     EarlierSolves& earlier = live_->earlier();
     const bool goes_on = start == LinearStart::earlier_solves;
-    const bool started = goes_on && earlier.start(matrix(), b_.get());
+    const bool started = goes_on && earlier.find_start(matrix(), b_.get());
     const int iterations = run(started ? earlier.rest() : b_.get(), asked, allowed);
     if (started) LIVETET_PETSC(VecAXPY(x_.get(), 1, earlier.start()));
     if (goes_on || live_->may_curve_down()) live_->find_image(x_.get());
@@ -206,8 +206,11 @@ int SaddlePointSolver::run_live(const LinearControls& asked, double allowed, Lin
         (void)run(b_.get(), {asked.relative_tolerance, std::max(iterations, 1)}, allowed);
         if (goes_on) live_->find_image(x_.get());
     }
-    if (goes_on) earlier.keep(x_.get(), live_->image());
     return iterations;
+}
+
+void SaddlePointSolver::keep_solve(Vec /*x*/) {
+    if (live_) live_->earlier().keep(x_.get(), live_->image());
 }
 
 void SaddlePointSolver::forget_solves() {

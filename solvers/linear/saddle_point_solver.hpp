@@ -36,6 +36,7 @@ class SaddlePointSolver : public LinearSolver {
     void find_mass() override { inner_->find_mass(); }
     LinearReport solve(Vec b, Vec b_p, Vec x, Vec x_p, const LinearControls& controls,
                        LinearStart start) override;
+    void keep_solve(Vec x) override;
     void forget_solves() override;
     Mat matrix() const override;
     UnknownFields fields() const override;

@@ -16,7 +16,7 @@ enum class ErrorEstimate { none, from_steps };
 bool is_too_slow(int iterations, double reduction);
 
 /// Decides after each iteration of a Krylov solver whether to go on. PETSc's own test knows no
-/// deadline, and no tolerance relative to the right-hand side before guesses were subtracted from
+/// deadline, and no tolerance relative to the right-hand side before a start was subtracted from
 /// it. If `begin` was not called (SNES runs the KSP), the tolerances of the KSP hold, as in PETSc's
 /// own test.
 class StoppingTest {
@@ -30,7 +30,6 @@ class StoppingTest {
     /// as a solve begins, and the solve ends where it is set. (KSPCG does not see it in its first
     /// iteration.)
     void watch_curvature(bool* negative) { negative_ = negative; }
-    bool watches_curvature() const { return negative_ != nullptr; }
     bool is_curved_down() const { return negative_ && *negative_; }
     /// Whether solves without a deadline end as KSP_DIVERGED_BREAKDOWN where `is_too_slow`; until
     /// the first that reduces its residual by two digits and converges.

@@ -45,7 +45,9 @@ ForceBalance::ForceBalance(LinearSolver& solver, TimeIntegrator& time, Prescribe
 void ForceBalance::set_springs(const Springs& springs) {
     const bool is_new = on_any_rank(level().share(), springs.stiffness != springs_.stiffness);
     springs_ = springs;
-    if (is_new) solver_.set_springs(springs_.stiffness);
+    if (!is_new) return;
+    solver_.set_springs(springs_.stiffness);
+    solver_.forget_solves();
 }
 
 void ForceBalance::set_external_force(std::span<const Vector3> force, double share) {

@@ -83,6 +83,7 @@ StepReport FrameStepper::advance(FrameControls controls) {
         // what they do.
         const bool searches = k > 0 || (!moves && leads_far() && !solver_.fine().is_linear());
         if (k == 0) {
+            solver_.keep_solve(du_.get());
             LIVETET_PETSC(VecAXPY(state_.u.get(), 1, prescribed_.increment()));
         }
         if (searches) {

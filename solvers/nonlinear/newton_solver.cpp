@@ -175,6 +175,7 @@ StepReport NewtonSolver::solve(const SolveControls& controls) {
     balance_.keep_scale();
     report_.forces_s += watch.lap();
     const bool is_linear = solver_.fine().is_linear();
+    if (!goes_on()) solver_.forget_solves();
     const bool predicts =
         prescribed_.increment_size() != 0 || (is_linear && imbalance > balance_.negligible());
     if (!predicts || predict()) solve_by_snes();
@@ -195,10 +196,7 @@ bool NewtonSolver::predict() {
     const double imbalance = moves ? balance_.subtract_prescribed() : balance_.residual_norm();
     report_.forces_s += watch.lap();
     const LinearControls controls{controls_.linear_tolerance, options_.max_iterations, {}};
-    // Load steps of a static body may differ in direction.
-    const LinearStart start = time_.is_dynamic() || solver_.fine().is_linear()
-                                  ? LinearStart::earlier_solves
-                                  : LinearStart::zero;
+    const LinearStart start = goes_on() ? LinearStart::earlier_solves : LinearStart::zero;
     for (tangent_ = next_tangent();;) {
         balance_.assemble(tangent_);
         report_.operator_s += watch.lap();
@@ -215,6 +213,7 @@ bool NewtonSolver::predict() {
         positive_steps_ = 2;
     }
     ++report_.newton_iterations;
+    if (goes_on()) solver_.keep_solve(du_.get());
     LIVETET_PETSC(VecAXPY(state_.u.get(), 1, du_.get()));
     if (state_.p) LIVETET_PETSC(VecAXPY(state_.p.get(), 1, dp_.get()));
     if (moves) LIVETET_PETSC(VecAXPY(state_.u.get(), 1, prescribed_.increment()));

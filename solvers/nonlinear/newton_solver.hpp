@@ -86,6 +86,9 @@ class NewtonSolver {
     void make_snes(MPI_Comm comm);
     void make_line_search();
     void solve_by_snes();
+    /// Whether a step's first solve starts from those of steps before: load steps of a static body
+    /// may differ in direction.
+    bool goes_on() const { return time_.is_dynamic() || solver_.fine().is_linear(); }
     /// The first iteration; whether it left a finite state.
     bool predict();
     void set_tolerances();

@@ -63,7 +63,7 @@ class EarlierSolvesTest : public testing::TestWithParam<EarlierSolves::Nearness>
         const PetscHandle<Mat> A = operator_at(turned);
         for (int k = 0; k < count; ++k) {
             const auto x = mode(k), y = times(A.get(), x.get());
-            (void)earlier.start(A.get(), y.get());
+            (void)earlier.find_start(A.get(), y.get());
             earlier.keep(x.get(), y.get());
         }
     }
@@ -71,7 +71,7 @@ class EarlierSolvesTest : public testing::TestWithParam<EarlierSolves::Nearness>
     double left_of(Vec x, double turned) {
         const PetscHandle<Mat> A = operator_at(turned);
         const auto b = times(A.get(), x);
-        if (!earlier.start(A.get(), b.get())) return 1;
+        if (!earlier.find_start(A.get(), b.get())) return 1;
         // rest() is what it says.
         const auto image = times(A.get(), earlier.start());
         LIVETET_PETSC(VecAYPX(image.get(), -1, b.get()));
@@ -85,13 +85,13 @@ class EarlierSolvesTest : public testing::TestWithParam<EarlierSolves::Nearness>
 };
 
 TEST_P(EarlierSolvesTest, WhatTheyMakeUpIsFound) {
-    keep_modes(EarlierSolves::most, 0);
-    EXPECT_LE(left_of(sum_of_modes(EarlierSolves::most).get(), 0), 1e-5);  // kept in float
+    keep_modes(EarlierSolves::max_solutions, 0);
+    EXPECT_LE(left_of(sum_of_modes(EarlierSolves::max_solutions).get(), 0), 1e-5);  // kept in float
 }
 
 TEST_P(EarlierSolvesTest, AnOperatorThatChangedALittleLeavesLittle) {
-    keep_modes(EarlierSolves::most, 0);
-    const auto x = sum_of_modes(EarlierSolves::most);
+    keep_modes(EarlierSolves::max_solutions, 0);
+    const auto x = sum_of_modes(EarlierSolves::max_solutions);
     const double near = left_of(x.get(), 0.01), far = left_of(x.get(), 0.1);
     EXPECT_LE(near, 0.01);
     EXPECT_LE(far, 0.1);
@@ -99,19 +99,20 @@ TEST_P(EarlierSolvesTest, AnOperatorThatChangedALittleLeavesLittle) {
 }
 
 TEST_P(EarlierSolvesTest, AScaledOperatorTakesTheSameCombination) {
-    keep_modes(EarlierSolves::most, 0);
+    keep_modes(EarlierSolves::max_solutions, 0);
     const PetscHandle<Mat> A = operator_at(0);
-    const auto x = sum_of_modes(EarlierSolves::most), b = times(A.get(), x.get());
+    const auto x = sum_of_modes(EarlierSolves::max_solutions), b = times(A.get(), x.get());
     LIVETET_PETSC(MatScale(A.get(), 3));
     LIVETET_PETSC(VecScale(b.get(), 3));
-    ASSERT_TRUE(earlier.start(A.get(), b.get()));
+    ASSERT_TRUE(earlier.find_start(A.get(), b.get()));
     EXPECT_LE(norm(earlier.rest()), 1e-5 * norm(b.get()));
 }
 
 TEST_P(EarlierSolvesTest, TheOldestIsForgotten) {
-    keep_modes(EarlierSolves::most + 1, 0);
+    keep_modes(EarlierSolves::max_solutions + 1, 0);
     EXPECT_GT(left_of(mode(0).get(), 0), 0.1);
-    for (int k = 1; k <= EarlierSolves::most; ++k) EXPECT_LE(left_of(mode(k).get(), 0), 1e-5) << k;
+    for (int k = 1; k <= EarlierSolves::max_solutions; ++k)
+        EXPECT_LE(left_of(mode(k).get(), 0), 1e-5) << k;
 }
 
 TEST_P(EarlierSolvesTest, TheSameSolutionTwiceIsNoHarm) {
@@ -133,15 +134,23 @@ TEST_P(EarlierSolvesTest, NothingIsOfUseAtFirstNorOnceForgotten) {
 TEST_P(EarlierSolvesTest, ZeroAndNotANumberAreOfNoUse) {
     const PetscHandle<Mat> A = operator_at(0);
     keep_modes(2, 0);
-    EXPECT_FALSE(earlier.start(A.get(), vector_of([](double) { return 0.0; }).get()));
-    EXPECT_FALSE(earlier.start(A.get(), vector_of([](double) { return NAN; }).get()));
+    EXPECT_FALSE(earlier.find_start(A.get(), vector_of([](double) { return 0.0; }).get()));
+    EXPECT_FALSE(earlier.find_start(A.get(), vector_of([](double) { return NAN; }).get()));
+}
+
+TEST_P(EarlierSolvesTest, ASolutionThatIsNotFiniteIsNotKept) {
+    keep_modes(1, 0);
+    const auto bad = vector_of([](double at) { return at < 0.5 ? NAN : 0; });
+    earlier.keep(bad.get(), bad.get());
+    keep_modes(2, 0);
+    EXPECT_LE(left_of(sum_of_modes(2).get(), 0), 1e-5);
 }
 
 TEST_P(EarlierSolvesTest, AnOperatorOfTheOtherSignIsNotFollowed) {
     keep_modes(2, 0);
     const PetscHandle<Mat> negative = operator_at(0, -1);
     const auto b = times(negative.get(), mode(0).get());
-    EXPECT_FALSE(earlier.start(negative.get(), b.get()));
+    EXPECT_FALSE(earlier.find_start(negative.get(), b.get()));
 }
 
 INSTANTIATE_TEST_SUITE_P(, EarlierSolvesTest,

@@ -67,6 +67,10 @@ class LinearSolverTest : public testing::TestWithParam<Kind> {
         return solver->solve(b.get(), b_p.get(), x.get(), x_p.get(), controls, start);
     }
 
+    bool starts_from_earlier() const {
+        return !solver->is_mixed() || GetParam().kind == SolverKind::live;
+    }
+
     const MeshHierarchy hierarchy = make_hierarchy(
         {test::block({12, 6, 6}, test::beam_size), test::block({6, 3, 3}, test::beam_size),
          test::block({3, 2, 2}, test::beam_size)},
@@ -98,15 +102,40 @@ TEST_P(LinearSolverTest, MeetsItsToleranceOnWhatWasAssembled) {
 }
 
 TEST_P(LinearSolverTest, TheSameSolveAgainHasNothingLeftToDo) {
-    if (solver->is_mixed()) GTEST_SKIP() << "only live solves start from earlier ones there";
+    if (!starts_from_earlier()) GTEST_SKIP() << "starts from zero";
     constexpr LinearStart start = LinearStart::earlier_solves;
     const int first = assemble_and_solve({.relative_tolerance = 1e-5}, start).iterations;
+    EXPECT_EQ(assemble_and_solve({.relative_tolerance = 1e-5}, start).iterations, first)
+        << "it was not kept";
+    solver->keep_solve(x.get());
     const LinearReport again = assemble_and_solve({.relative_tolerance = 1e-4}, start);
     EXPECT_TRUE(again.converged);
     EXPECT_LE(again.iterations, 2);
     EXPECT_LT(again.iterations, std::max(2, first));
     solver->forget_solves();
     EXPECT_EQ(assemble_and_solve({.relative_tolerance = 1e-5}, start).iterations, first);
+}
+
+TEST_P(LinearSolverTest, SolvesByAnyKrylovMethodStartTheNext) {
+    if (solver->is_mixed()) GTEST_SKIP() << "has a method of its own";
+    constexpr LinearStart start = LinearStart::earlier_solves;
+    for (const KSPType method : {KSPCG, KSPGMRES}) {
+        LIVETET_PETSC(KSPSetType(solver->krylov({}), method));
+        solver->forget_solves();
+        const PetscHandle<Vec> first = make_vector(solver->fine().share());
+        LIVETET_PETSC(VecCopy(b.get(), first.get()));
+        for (int k = 0; k < 3; ++k) {  // the last two start from others
+            (void)assemble_and_solve({.relative_tolerance = 1e-6}, start);
+            solver->keep_solve(x.get());
+            LIVETET_PETSC(VecPointwiseMult(b.get(), b.get(), first.get()));
+        }
+        LIVETET_PETSC(VecPointwiseMult(b.get(), first.get(), first.get()));
+        LIVETET_PETSC(VecAXPY(b.get(), 1, first.get()));  // a sum of the first two
+        const double digits = GetParam().kind == SolverKind::live ? 1e-2 : 1e-4;  // see above
+        EXPECT_LE(assemble_and_solve({.relative_tolerance = digits}, start).iterations, 1)
+            << method;
+        LIVETET_PETSC(VecCopy(first.get(), b.get()));
+    }
 }
 
 TEST_P(LinearSolverTest, IterationsThatAreNotAllowedCutItShort) {
@@ -128,6 +157,8 @@ INSTANTIATE_TEST_SUITE_P(
                          Formulation::displacement, true},
                     Kind{"saddle_point", SolverKind::multigrid, CoarseOperator::rediscretised,
                          Formulation::mixed},
+                    Kind{"live_saddle_point", SolverKind::live, CoarseOperator::rediscretised,
+                         Formulation::mixed, true},
                     Kind{"saddle_point_boomeramg", SolverKind::boomeramg,
                          CoarseOperator::rediscretised, Formulation::mixed}),
     [](const auto& info) { return std::string(info.param.name); });

@@ -219,7 +219,7 @@ TEST_F(LiveSolverTest, DoesTheIterationsItIsToldAndIsNearerForEachMore) {
 }
 
 TEST_F(LiveSolverTest, GoesOnFromTheStepsBefore) {
-    // A press at constant speed: the third step's guess from the two before leaves little to solve.
+    // A press at constant speed: each step starts from those before, which leaves little to solve.
     const auto live = body({.kind = SolverKind::live});
     double first = 0;
     StepReport report;
@@ -249,7 +249,7 @@ TEST_F(LiveSolverTest, FramesBeforeSpanAPressThatGoesRoundInAllDirections) {
         error += test::largest_gap(live->displacement(), exact->displacement());
         without += test::largest_gap(forgetful->displacement(), exact->displacement());
     }
-    EXPECT_LT(error, 0.4 * without);
+    EXPECT_LT(error, 0.36 * without);  // 0.33; with two frames before 0.43
 }
 
 /// The whole body turned by 25 degrees a step: halves of an operator that are a step apart do not
@@ -273,13 +273,17 @@ TEST_F(LiveSolverTest, AsksForTheWholeOperatorWhereHalvesLeadAstray) {
     double worst[2] = {0, 0};
     for (const RenewalExtent renewal : {RenewalExtent::whole, RenewalExtent::half}) {
         const bool halves = renewal == RenewalExtent::half;
-        const auto live = body({.kind = SolverKind::live});
+        const auto live = body({.kind = SolverKind::live}),
+                   replay = body({.kind = SolverKind::live});
         for (int k = 1; k <= 60; ++k) {
-            live->set_constraints(turned(turn_of(k)));
+            for (const auto& b : {live.get(), replay.get()}) b->set_constraints(turned(turn_of(k)));
             const StepReport report = live->advance(
                 0, {.linear_tolerance = 1e-3, .max_iterations = 3, .renewal = renewal});
             asked += halves && k > 15 && !report.half_renewed;
             const auto u = live->displacement();
+            // A replay does not make the solve that was rejected; it must not tell.
+            (void)replay->advance(0, {.linear_tolerance = 1e-3, .as_done = &report.solves});
+            ASSERT_TRUE(replay->displacement() == u) << k;
             for (std::size_t n = 0; n < u.size(); ++n)
                 worst[halves] =
                     std::max(worst[halves], (u[n] - turn_of(k) * (mesh.nodes[n] - centre)).norm());
