@@ -10,17 +10,19 @@ namespace livetet {
 
 using nlohmann::json;
 
-// Batches and rotations in float, read once for rotations and once for forces; about forty passes
-// over vectors of doubles in a step and nine more in an iteration.
-double bytes_of_frame(const DeformableBody& body, std::size_t tets, std::size_t nodes,
-                      double iterations, TimeScheme scheme) {
+// Of four nodes by displacements: batches and rotations in float are read once for rotations and
+// once for forces.
+FrameBytes bytes_of_frame(const DeformableBody& body, std::size_t tets, std::size_t nodes,
+                          double iterations, TimeScheme scheme) {
     const double batches = static_cast<double>(tets) / batch_width<float>;
-    const double forces =
-        batches * (2 * sizeof(TetBatch<float>) + 2 * sizeof(RotationBatch<float>));
-    const double vectors = 24.0 * static_cast<double>(nodes) *
-                           ((scheme == TimeScheme::static_equilibrium ? 28 : 45) + 9 * iterations);
+    const double vector = 24.0 * static_cast<double>(nodes);
+    const double of_state = scheme == TimeScheme::static_equilibrium ? 6 : 23;  // read or written
+    const double of_start = 22;  // six solutions in float three times, and what is made of them
     const LinearSolver& op = body.linear_solver();
-    return forces + vectors + op.bytes_of_update() + op.bytes_of_solve(iterations);
+    return {.forces = batches * (2 * sizeof(TetBatch<float>) + 2 * sizeof(RotationBatch<float>)) +
+                      of_state * vector,
+            .operators = op.bytes_of_update(),
+            .solve = op.bytes_of_solve(iterations) + (of_start + 9 * iterations) * vector};
 }
 
 Gap gap_between(const std::vector<Vector3>& a, const std::vector<Vector3>& b) {
@@ -49,6 +51,21 @@ json stages_of(const std::vector<Measured>& frames) {
             {"solve", median_ms([](const Measured& m) { return m.step.solve_s; })},
             {"finish", median_ms([](const Measured& m) { return m.step.finish_s; })},
             {"output", median_ms([](const Measured& m) { return m.output_s; })}};
+}
+
+/// Milliseconds that the bytes of each stage take at the measured bandwidth.
+json least_stages(const RealtimeResult& r) {
+    const auto ms = [&](double bytes) { return 1e3 * bytes / r.bandwidth; };
+    return {{"forces", ms(r.bytes.forces)},
+            {"operator", ms(r.bytes.operators)},
+            {"solve", ms(r.bytes.solve)}};
+}
+
+std::string text_of_stages(const json& stages) {
+    std::string text;
+    for (const auto& [name, ms] : stages.items())
+        text += fmt::format("  {} {:.2f}", name, ms.get<double>());
+    return text;
 }
 
 }  // namespace
@@ -107,9 +124,10 @@ json json_of(const RealtimeResult& r) {
             {"frames_cut_short", r.cut_short},
             {"frames_half_renewed", r.half_renewed},
             {"references_not_converged", r.references_not_converged},
-            {"bytes_moved_per_frame", r.bytes},
+            {"bytes_moved_per_frame", r.bytes.total()},
+            {"ms_by_stage_at_bandwidth", least_stages(r)},
             {"bandwidth_bytes_per_s", r.bandwidth},
-            {"fraction_of_bandwidth", r.bytes / r.times.all.median / r.bandwidth},
+            {"fraction_of_bandwidth", r.bytes.total() / r.times.all.median / r.bandwidth},
             {"threads", r.threads},
             {"allocations", r.allocations},
             {"blocked", r.times.blocked},
@@ -140,13 +158,13 @@ void print_row(const RealtimeResult& r) {
         r.name, r.motion, r.nu, r.tets, r.nodes, 1e3 * r.times.all.median, 1e3 * r.times.all.p99,
         p99_with_cores_text(r.times), r.rate(), r.target.rate, 100 * r.error_mean,
         100 * r.error_worst, 100 * r.estimate_mean, 100 * r.node_error_mean,
-        100 * r.node_error_worst, r.cycles_mean, 100 * r.bytes / r.times.all.median / r.bandwidth,
+        100 * r.node_error_worst, r.cycles_mean,
+        100 * r.bytes.total() / r.times.all.median / r.bandwidth,
         fmt::format("{}+{}", r.allocations, r.times.blocked), held);
     fmt::print("       {}\n", core_use_text(r.times));
-    std::string stages;
-    for (const auto& [name, ms] : r.stages.items())
-        stages += fmt::format("  {} {:.2f}", name, ms.get<double>());
-    fmt::print("       ms by stage:{}\n", stages);
+    fmt::print("       ms by stage:{}\n", text_of_stages(r.stages));
+    fmt::print("       no less at this bandwidth, by the bytes moved:{}\n",
+               text_of_stages(least_stages(r)));
     if (r.references_not_converged > 0)
         fmt::print(
             "       {} of the frames' references did not converge: errors against what they "

@@ -28,6 +28,13 @@ struct RealtimeTarget {
     double mean_error = 0, worst_error = 0;
 };
 
+/// The least that a frame moves from and to memory, bytes, by stage: each array once for each use.
+struct FrameBytes {
+    double forces = 0, operators = 0, solve = 0;
+
+    double total() const { return forces + operators + solve; }
+};
+
 /// Times and errors of the frames of a case.
 struct RealtimeResult {
     std::string name, motion;
@@ -45,7 +52,7 @@ struct RealtimeResult {
     std::size_t cut_short = 0, half_renewed = 0;
     std::size_t references_not_converged = 0;
     std::uint64_t allocations = 0;
-    double bytes = 0;  ///< bytes moved in a frame
+    FrameBytes bytes;
     double bandwidth = 0;
     nlohmann::json stages;
     nlohmann::json jump;
@@ -73,9 +80,8 @@ struct RealtimeResult {
     }
 };
 
-/// Minimum bytes that a frame moves: each array once for each use.
-double bytes_of_frame(const DeformableBody& body, std::size_t tets, std::size_t nodes,
-                      double iterations, TimeScheme scheme);
+FrameBytes bytes_of_frame(const DeformableBody& body, std::size_t tets, std::size_t nodes,
+                          double iterations, TimeScheme scheme);
 
 /// Difference of displacements, and the largest of `b`, m.
 struct Gap {
