@@ -17,8 +17,8 @@ constexpr std::size_t piece = 1536;
 /// Least number of components for which a further thread is woken.
 constexpr std::size_t grain = 1000;
 
-/// Eigenvalues of G, scaled to a unit diagonal, that are smaller are left out: along them the change
-/// of A outweighs the solutions.
+/// Eigenvalues of G, scaled to a unit diagonal, that are smaller are left out: along them the
+/// change of A outweighs the solutions.
 constexpr double min_eigenvalue = 1e-3;
 
 /// x . v, in eight sums, which fill a vector register.
