@@ -131,7 +131,7 @@ class LinearSolver {
     /// Keeps the last solve, which had LinearStart::earlier_solves and whose x (the displacements')
     /// is as it left it: its solution was taken. Collective.
     virtual void keep_solve(Vec x) = 0;
-    /// Drops what was kept, to be called where the state or the constraints jump.
+    /// Drops what was kept, to be called where the state jumps; new constraints and springs do.
     virtual void forget_solves() = 0;
 
     /// X = A^-1 B for the columns of dense matrices, up to rounding, if the preconditioner is a
@@ -172,8 +172,11 @@ class LinearSolver {
     virtual KSP outer_krylov() const = 0;
     /// The Krylov solver whose preconditioner has something to set up.
     virtual KSP preconditioned_krylov() const { return outer_krylov(); }
-    /// Forgets small strain's operator: constraints or springs are new.
-    void invalidate() { kept_.reset(); }
+    /// Constraints or springs are new: forgets earlier solves, and small strain's operator.
+    void invalidate() {
+        kept_.reset();
+        forget_solves();
+    }
     /// The preconditioner has something to set up: it is another one.
     void renew_preconditioner() { is_new_ = true; }
     /// Reads the user's PETSc options that say when the outermost Krylov solver stops: they take

@@ -69,7 +69,6 @@ void DeformableBody::set_constraints(const Constraints& constraints) {
     if (on_any_rank(mesh(), !std::ranges::equal(own, level().constrained().first(own.size())))) {
         solver_->set_constrained(own);
         prescribed_.find_nodes();
-        solver_->forget_solves();
     }
     prescribed_.set_values(constraints);
 }

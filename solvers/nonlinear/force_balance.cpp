@@ -45,9 +45,7 @@ ForceBalance::ForceBalance(LinearSolver& solver, TimeIntegrator& time, Prescribe
 void ForceBalance::set_springs(const Springs& springs) {
     const bool is_new = on_any_rank(level().share(), springs.stiffness != springs_.stiffness);
     springs_ = springs;
-    if (!is_new) return;
-    solver_.set_springs(springs_.stiffness);
-    solver_.forget_solves();
+    if (is_new) solver_.set_springs(springs_.stiffness);
 }
 
 void ForceBalance::set_external_force(std::span<const Vector3> force, double share) {
