@@ -25,7 +25,7 @@ std::vector<std::uint8_t> held_by(const Scene& listed, const TetMesh& mesh) {
     return held;
 }
 
-bool can_move_rigidly(std::span<const std::int32_t> nodes, const GridPiece& piece,
+bool can_move_rigidly(std::span<const std::int32_t> nodes, const MeshPiece& piece,
                       const TetMesh& mesh, const std::vector<std::uint8_t>& held) {
     double size = 0;
     for (const std::int32_t n : nodes)
@@ -70,20 +70,9 @@ void add_copies_to_lists(Scene& listed, std::size_t first,
     add(listed.loads);
 }
 
-std::vector<std::int32_t> nodes_of_pieces(std::span<const GridPiece> pieces, const TetMesh& mesh) {
-    std::vector<std::uint8_t> is_in(mesh.nodes.size(), 0);
-    for (const GridPiece& piece : pieces)
-        for (const std::int32_t e : piece.cells)
-            for (const std::int32_t n : mesh.hexahedra[e]) is_in[n] = 1;
-    std::vector<std::int32_t> nodes;
-    for (std::size_t n = 0; n < is_in.size(); ++n)
-        if (is_in[n]) nodes.push_back(static_cast<std::int32_t>(n));
-    return nodes;
-}
-
 HeldPieces held_pieces(const Scene& listed, const TetMesh& mesh) {
     const std::vector<std::uint8_t> held = held_by(listed, mesh);
-    std::vector<GridPiece> pieces = grid_pieces(mesh);
+    std::vector<MeshPiece> pieces = mesh_pieces(mesh);
     HeldPieces found{pieces.size(), {}, false};
     if (std::ranges::all_of(held, [](std::uint8_t bits) { return bits == 0; })) {
         found.is_any_left = true;
@@ -91,7 +80,7 @@ HeldPieces held_pieces(const Scene& listed, const TetMesh& mesh) {
                           std::make_move_iterator(pieces.end()));
         return found;
     }
-    for (GridPiece& piece : pieces) {
+    for (MeshPiece& piece : pieces) {
         const std::vector<std::int32_t> nodes = nodes_of_pieces({&piece, 1}, mesh);
         const bool is_free =
             listed.time.is_dynamic()

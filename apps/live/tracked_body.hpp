@@ -13,6 +13,7 @@
 #include "apps/live/patch_options.hpp"
 #include "apps/live/pose_quality.hpp"
 #include "apps/scene/body_factory.hpp"
+#include "mesh/mesh_pieces.hpp"
 #include "tracking/live_registration.hpp"
 #include "tracking/pose_follower.hpp"
 #include "tracking/sample.hpp"
@@ -199,11 +200,11 @@ class TrackedBody {
     void open_cuts();
     bool make_body_on(OpenedGrid& opened, const Scene& listed);
     void continue_on_mesh(std::size_t first, std::span<const std::int32_t> originals,
-                          const std::vector<GridPiece>& free);
+                          const std::vector<MeshPiece>& free);
     std::vector<FixOptions> fix_of_change(const SceneChange& change) const;
-    std::vector<FixOptions> fix_of_responses(const std::vector<GridPiece>& free) const;
-    void renew_responses_on_mesh(const std::vector<GridPiece>& free);
-    void take_free_pieces(const std::vector<GridPiece>& free);
+    std::vector<FixOptions> fix_of_responses(const std::vector<MeshPiece>& free) const;
+    void renew_responses_on_mesh(const std::vector<MeshPiece>& free);
+    void take_free_pieces(const std::vector<MeshPiece>& free);
 
     Scene scene_;
     SceneBody& body_;

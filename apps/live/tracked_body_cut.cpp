@@ -125,7 +125,7 @@ bool TrackedBody::make_body_on(OpenedGrid& opened, const Scene& listed) {
 
 /// Takes all that has to do with nodes over to the new mesh. `first`: number of the first copy.
 void TrackedBody::continue_on_mesh(std::size_t first, std::span<const std::int32_t> originals,
-                                   const std::vector<GridPiece>& free) {
+                                   const std::vector<MeshPiece>& free) {
     const TetMesh& mesh = body_.mesh();
     const Scene& listed = cutting_->listed;
     scene_constraints_.emplace(listed, mesh);
@@ -156,15 +156,15 @@ void TrackedBody::continue_on_mesh(std::size_t first, std::span<const std::int32
 
 /// Tells of pieces that are new. In static scenes what nothing holds stays where it is, as no
 /// equation says where else.
-void TrackedBody::take_free_pieces(const std::vector<GridPiece>& free) {
+void TrackedBody::take_free_pieces(const std::vector<MeshPiece>& free) {
     const bool are_moving = scene_.time.is_dynamic();
     cutting_->resting.clear();
     cutting_->resting_at.clear();
     if (!are_moving) cutting_->resting = nodes_of_pieces(free, body_.mesh());
     for (const std::int32_t n : cutting_->resting)
         cutting_->resting_at.push_back(frame_.displacement[n]);
-    std::vector<GridPiece> fresh;
-    for (const GridPiece& piece : free)
+    std::vector<MeshPiece> fresh;
+    for (const MeshPiece& piece : free)
         if (cutting_->told.emplace(piece.cells.front(), piece.cells.size()).second)
             fresh.push_back(piece);
     if (fresh.empty()) return;
@@ -183,7 +183,7 @@ std::vector<FixOptions> TrackedBody::fix_of_change(const SceneChange& change) co
 }
 
 /// What holds the body in the responses' static solves: there, free pieces need a place, too.
-std::vector<FixOptions> TrackedBody::fix_of_responses(const std::vector<GridPiece>& free) const {
+std::vector<FixOptions> TrackedBody::fix_of_responses(const std::vector<MeshPiece>& free) const {
     std::vector<FixOptions> fix = cutting_->listed.fix;
     const TetMesh& mesh = body_.mesh();
     std::vector<std::int32_t> nodes;
@@ -198,7 +198,7 @@ std::vector<FixOptions> TrackedBody::fix_of_responses(const std::vector<GridPiec
     return fix;
 }
 
-void TrackedBody::renew_responses_on_mesh(const std::vector<GridPiece>& free) {
+void TrackedBody::renew_responses_on_mesh(const std::vector<MeshPiece>& free) {
     if (!stating_.statement && !stating_.for_slips) return;
     stating_.is_outdated = true;
     stating_.fix = fix_of_responses(free);

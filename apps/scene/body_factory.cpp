@@ -51,13 +51,21 @@ MeshHierarchy read_tets(const MeshSource& source) {
     return make_hierarchy({std::move(mesh)}, source.file.string());
 }
 
+void refuse_refined_hexahedra(const MeshHierarchy& hierarchy, int refine) {
+    refuse_hexahedra(hierarchy, fmt::format("mesh.refine = {}", refine));
+}
+
 }  // namespace
 
 MeshHierarchy load_mesh(const Scene& scene, const ProgressCallback& progress) {
     check_can_be_cut(scene);
-    MeshHierarchy loaded = load_mesh(scene.mesh, progress, grading_of(scene));
-    check_has_hexahedra(scene, loaded);
-    return scene.cuts.empty() ? loaded : with_cuts(scene, std::move(loaded));
+    MeshSource source = scene.mesh;
+    if (!scene.cuts.empty()) source.refine = 0;  // the cut mesh is refined, and its sides with it
+    MeshHierarchy loaded = load_mesh(source, progress, grading_of(scene));
+    check_blades_have_hexahedra(scene, loaded);
+    if (scene.cuts.empty()) return loaded;
+    if (scene.mesh.refine > 0) refuse_refined_hexahedra(loaded, scene.mesh.refine);
+    return with_refined_levels(with_cuts(scene, std::move(loaded)), scene.mesh.refine);
 }
 
 MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progress,
@@ -65,8 +73,7 @@ MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progre
     const bool has_levels_to_make = kind_of(source.file) == MeshKind::tets && source.levels > 1;
     if (is_tet_mesh_name(source.file) && !has_levels_to_make) {
         MeshHierarchy read = read_tets(source);
-        if (source.refine > 0)
-            refuse_hexahedra(read, fmt::format("mesh.refine = {}", source.refine));
+        if (source.refine > 0) refuse_refined_hexahedra(read, source.refine);
         return with_refined_levels(std::move(read), source.refine);
     }
 #ifdef LIVETET_IMAGES
@@ -139,6 +146,9 @@ SceneMesh load_mesh_for(MPI_Comm comm, const Scene& scene, const ProgressCallbac
     int ranks = 1;
     MPI_Comm_size(comm, &ranks);
     if (ranks == 1) return load_mesh(scene, progress);
+    if (!scene.cuts.empty() && scene.free_pieces == FreePieces::keep && !scene.time.is_dynamic())
+        fail("free_pieces = keep: found {} ranks, expected one in a static scene, or leave_out",
+             ranks);
     const std::size_t enough = min_tets_per_rank * static_cast<std::size_t>(ranks);
     const bool has_rows =
         ending(scene.mesh.file) == ".h5" && scene.mesh.levels <= 1 && !is_to_be_cut(scene);

@@ -10,7 +10,9 @@
 #include "base/error.hpp"
 #include "base/log.hpp"
 #include "config/yaml.hpp"
+#include "mesh/cut_hierarchy.hpp"
 #include "mesh/hex_cut.hpp"
+#include "mesh/mesh_pieces.hpp"
 
 namespace livetet {
 
@@ -37,9 +39,10 @@ std::vector<std::uint8_t> held_components(const Scene& scene, const TetMesh& mes
 }
 
 template <class Rule>
-bool any_node(const GridPiece& piece, const TetMesh& mesh, const Rule& rule) {
-    return std::ranges::any_of(
-        piece.cells, [&](std::int32_t e) { return std::ranges::any_of(mesh.hexahedra[e], rule); });
+bool any_node(const MeshPiece& piece, const TetMesh& mesh, const Rule& rule) {
+    return std::ranges::any_of(piece.cells, [&](std::int32_t e) {
+        return std::ranges::any_of(corners_of_cell(mesh, static_cast<std::size_t>(e)), rule);
+    });
 }
 
 /// Throws Error if pieces are left out and a selection lists nodes, which are then numbered anew.
@@ -60,16 +63,13 @@ void refuse_listed_nodes(const Scene& scene) {
 
 /// Warns of loads that act on pieces that are left out, too: what is left takes all of a force.
 void warn_of_loads_left_out(const Scene& scene, const TetMesh& mesh,
-                            const std::vector<GridPiece>& left_out) {
-    std::vector<std::uint8_t> is_left_out(mesh.nodes.size(), 0);
-    for (const GridPiece& piece : left_out)
-        for (const std::int32_t e : piece.cells)
-            for (const std::int32_t n : mesh.hexahedra[e]) is_left_out[n] = 1;
+                            const std::vector<MeshPiece>& left_out) {
+    const std::vector<std::int32_t> lost_nodes = nodes_of_pieces(left_out, mesh);
     for (std::size_t i = 0; i < scene.loads.size(); ++i) {
         const std::string key = fmt::format("loads[{}]", i);
         const auto nodes = select_nodes(mesh, scene.loads[i], key);
-        const auto lost =
-            std::ranges::count_if(nodes, [&](std::int32_t n) { return is_left_out[n] != 0; });
+        const auto lost = std::ranges::count_if(
+            nodes, [&](std::int32_t n) { return std::ranges::binary_search(lost_nodes, n); });
         if (lost > 0)
             log_warning(fmt::format(
                 "cuts: {} of the {} of {} are on pieces that are left out; a force acts as a whole "
@@ -79,9 +79,9 @@ void warn_of_loads_left_out(const Scene& scene, const TetMesh& mesh,
 }
 
 /// The pieces of which no node is held.
-std::vector<GridPiece> free_pieces(const TetMesh& mesh, const std::vector<std::uint8_t>& held) {
-    std::vector<GridPiece> pieces = grid_pieces(mesh);
-    std::erase_if(pieces, [&](const GridPiece& piece) {
+std::vector<MeshPiece> free_pieces(const TetMesh& mesh, const std::vector<std::uint8_t>& held) {
+    std::vector<MeshPiece> pieces = mesh_pieces(mesh);
+    std::erase_if(pieces, [&](const MeshPiece& piece) {
         return any_node(piece, mesh, [&](std::int32_t n) { return held[n] != 0; });
     });
     return pieces;
@@ -113,59 +113,92 @@ CutSurface surface_of(const CutOptions& cut) {
     return patch;
 }
 
-/// The mesh's box and its cells' edges.
-std::string extent_text(const TetMesh& mesh, const GridFrame& frame) {
+/// "which spans (0.0, 0.0, 0.0) mm to (9.0, 9.0, 9.0) mm".
+std::string extent_text(const TetMesh& mesh) {
     Vector3 low = mesh.nodes.front(), high = low;
     for (const Vector3& x : mesh.nodes) low = low.cwiseMin(x), high = high.cwiseMax(x);
-    const Eigen::RowVector3d edge = 1e3 * frame.axes.colwise().norm();
-    return fmt::format("which spans {} to {} in cells of {:.3g} x {:.3g} x {:.3g} mm",
-                       place_text(low), place_text(high), edge[0], edge[1], edge[2]);
+    return fmt::format("which spans {} to {}", place_text(low), place_text(high));
 }
 
-TetMesh cut_mesh(const Scene& scene, const TetMesh& mesh) {
+/// "2.0 x 2.0 x 2.5 mm".
+std::string cell_text(const GridFrame& frame) {
+    const Eigen::RowVector3d edge = 1e3 * frame.axes.colwise().norm();
+    return fmt::format("{:.3g} x {:.3g} x {:.3g} mm", edge[0], edge[1], edge[2]);
+}
+
+std::string key_of(std::size_t cut) { return fmt::format("cuts[{}]", cut); }
+
+/// A hierarchy's levels with the scene's cuts, and a text on how much was cut.
+struct CutLevels {
+    std::vector<TetMesh> levels;
+    std::string text;
+};
+
+CutLevels cut_grid(const Scene& scene, const TetMesh& mesh) {
     const HexLevel level = hex_level_of(mesh, scene.mesh.file.string());
     const GridFrame frame = grid_frame(mesh, level);
     std::vector<std::uint8_t> cut(level.links.size(), 0);
     for (std::size_t i = 0; i < scene.cuts.size(); ++i) {
-        const std::string key = fmt::format("cuts[{}]", i);
-        const auto crossed = crossed_links(level, frame, surface_of(scene.cuts[i]), key);
+        const auto crossed = crossed_links(level, frame, surface_of(scene.cuts[i]), key_of(i));
         if (std::ranges::count(crossed, 1) == 0)
-            fail("{}: crosses no pair of neighbouring cells, expected a cut through the body, {}",
-                 key, extent_text(mesh, frame));
+            fail(
+                "{}: crosses no pair of neighbouring cells, expected a cut through the body, {} "
+                "in cells of {}",
+                key_of(i), extent_text(mesh), cell_text(frame));
         for (std::size_t l = 0; l < cut.size(); ++l) cut[l] |= crossed[l];
     }
     TetMesh made = without_links(mesh, level, cut);
-    if (made.nodes.size() == mesh.nodes.size())
+    const std::size_t doubled = made.nodes.size() - mesh.nodes.size();
+    if (doubled == 0)
         fail(
             "cuts: separate only {} of neighbouring cells, too few to open a gap, expected larger "
-            "cuts of the body, {}",
+            "cuts of the body, {} in cells of {}",
             counted(static_cast<std::size_t>(std::ranges::count(cut, 1)), "pair"),
-            extent_text(mesh, frame));
-    return made;
+            extent_text(mesh), cell_text(frame));
+    return {{std::move(made)}, counted(doubled, "node") + " doubled"};
+}
+
+CutLevels cut_tet_levels(const Scene& scene, std::vector<TetMesh> levels) {
+    CutCounts all;
+    const std::string extent = extent_text(levels.front());
+    for (std::size_t i = 0; i < scene.cuts.size(); ++i) {
+        const CutCounts counts = cut_levels(levels, surface_of(scene.cuts[i]), key_of(i));
+        if (counts.parted == 0)
+            fail("{}: parts no tetrahedron, expected a cut through the body, {}", key_of(i),
+                 extent);
+        all.parted += counts.parted;
+        all.added += counts.added;
+        all.doubled += counts.doubled;
+    }
+    if (all.doubled == 0)
+        fail("cuts: part only {}, too few to open a gap, expected larger cuts of the body, {}",
+             all.parted == 1 ? "1 tetrahedron" : fmt::format("{} tetrahedra", all.parted), extent);
+    return {std::move(levels),
+            fmt::format("{} doubled, {} new ones", counted(all.doubled, "node"), all.added)};
 }
 
 /// How much of a mesh was cut.
-std::string cut_text(const TetMesh& before, const TetMesh& after) {
-    const std::size_t pieces = grid_pieces(after).size();
-    return fmt::format("note         cuts: {} doubled; {}",
-                       counted(after.nodes.size() - before.nodes.size(), "node"),
-                       pieces == 1 ? "the body still hangs together"
-                                   : fmt::format("the body is in {} pieces", pieces));
+void log_cut(const std::string& text, const TetMesh& after) {
+    const std::size_t pieces = mesh_pieces(after).size();
+    log_info(fmt::format("note         cuts: {}; {}", text,
+                         pieces == 1 ? "the body still hangs together"
+                                     : fmt::format("the body is in {} pieces", pieces)));
 }
 
 [[noreturn]] void fail_of_tets(const Scene& scene) {
     fail(
-        "{}: {} {} tetrahedra, expected hexahedra (mesh.cells: hexahedra, or `livetet mesh "
-        "--cells "
-        "hexahedra`)",
-        scene.cuts.empty() ? "track.tools: blade_mm" : "cuts", scene.mesh.file.string(),
+        "track.tools: blade_mm: {} {} tetrahedra, expected hexahedra (mesh.cells: hexahedra, or "
+        "`livetet mesh --cells hexahedra`)",
+        scene.mesh.file.string(),
         kind_of(scene.mesh.file) == MeshKind::image ? "is meshed with" : "has");
 }
 
+bool has_scene_blades(const Scene& scene) { return scene.track && has_blades(*scene.track); }
+
 /// Throws Error unless a piece is held and can deform.
 void check_something_is_left(const TetMesh& mesh, const std::vector<std::uint8_t>& held) {
-    const auto pieces = grid_pieces(mesh);
-    const bool any = std::ranges::any_of(pieces, [&](const GridPiece& piece) {
+    const auto pieces = mesh_pieces(mesh);
+    const bool any = std::ranges::any_of(pieces, [&](const MeshPiece& piece) {
         return any_node(piece, mesh, [&](std::int32_t n) { return held[n] != 0; }) &&
                any_node(piece, mesh, [&](std::int32_t n) {
                    return (held[n] & all_components) != all_components;
@@ -180,7 +213,7 @@ void check_something_is_left(const TetMesh& mesh, const std::vector<std::uint8_t
 
 }  // namespace
 
-std::string pieces_text(const std::vector<GridPiece>& pieces) {
+std::string pieces_text(const std::vector<MeshPiece>& pieces) {
     constexpr std::size_t most = 4;
     std::string text = counted(pieces.size(), "piece") + " that neither fix nor drive holds: ";
     for (std::size_t i = 0; i < std::min(pieces.size(), most); ++i)
@@ -194,37 +227,53 @@ std::string pieces_text(const std::vector<GridPiece>& pieces) {
     return text;
 }
 
-bool is_to_be_cut(const Scene& scene) {
-    return !scene.cuts.empty() || (scene.track && has_blades(*scene.track));
-}
+bool is_to_be_cut(const Scene& scene) { return !scene.cuts.empty() || has_scene_blades(scene); }
 
 void check_can_be_cut(const Scene& scene) {
     if (!is_to_be_cut(scene)) return;
     refuse_listed_nodes(scene);
     const MeshKind kind = kind_of(scene.mesh.file);
-    if (kind == MeshKind::hierarchy) return;
+    if (!has_scene_blades(scene) || kind == MeshKind::hierarchy) return;
     if (kind != MeshKind::image || scene.mesh.cells != MeshCells::hexahedra) fail_of_tets(scene);
 }
 
-void check_has_hexahedra(const Scene& scene, const MeshHierarchy& hierarchy) {
-    if (is_to_be_cut(scene) && hierarchy.levels.front().hexahedra.empty()) fail_of_tets(scene);
+void check_blades_have_hexahedra(const Scene& scene, const MeshHierarchy& hierarchy) {
+    if (has_scene_blades(scene) && hierarchy.levels.front().hexahedra.empty()) fail_of_tets(scene);
 }
 
+namespace {
+
+/// The levels without free pieces of the finest one.
+std::vector<TetMesh> without_pieces(std::vector<TetMesh> levels,
+                                    const std::vector<MeshPiece>& free) {
+    std::vector<std::uint8_t> left_out(cell_count(levels.front()), 0);
+    for (const MeshPiece& piece : free)
+        for (const std::int32_t e : piece.cells) left_out[e] = 1;
+    if (levels.front().hexahedra.empty()) return without_tets(std::move(levels), left_out);
+    return {without_cells(levels.front(), left_out)};
+}
+
+}  // namespace
+
 MeshHierarchy with_cuts(const Scene& scene, MeshHierarchy hierarchy) {
-    check_has_hexahedra(scene, hierarchy);
-    TetMesh mesh = cut_mesh(scene, hierarchy.levels.front());
+    const std::string provenance =
+        fmt::format("{}; {}", hierarchy.provenance, counted(scene.cuts.size(), "cut"));
+    const bool is_grid = !hierarchy.levels.front().hexahedra.empty();
+    CutLevels cut = is_grid ? cut_grid(scene, hierarchy.levels.front())
+                            : cut_tet_levels(scene, std::move(hierarchy.levels));
+    const TetMesh& mesh = cut.levels.front();
     const std::vector<std::uint8_t> held = held_components(scene, mesh);
     // Of a body that nothing holds, cuts free nothing.
     const bool is_held = std::ranges::any_of(held, [](std::uint8_t bits) { return bits != 0; });
-    const std::vector<GridPiece> free =
-        is_held ? free_pieces(mesh, held) : std::vector<GridPiece>{};
+    const std::vector<MeshPiece> free =
+        is_held ? free_pieces(mesh, held) : std::vector<MeshPiece>{};
     const bool may_move = scene.time.is_dynamic() && scene.free_pieces == FreePieces::keep;
     if (!may_move && is_held) check_something_is_left(mesh, held);
     if (!free.empty() && scene.free_pieces == FreePieces::refuse)
         fail("cuts: free {}; expected fix or drive to hold them, or free_pieces: leave_out or keep",
              pieces_text(free));
     if (is_held || scene.time.is_dynamic())  // else the body is refused for that
-        log_info(cut_text(hierarchy.levels.front(), mesh));
+        log_cut(cut.text, mesh);
     if (!free.empty()) {
         const bool leaves_out = scene.free_pieces == FreePieces::leave_out;
         log_info(fmt::format("note         cuts: free {}; {}", pieces_text(free),
@@ -233,26 +282,17 @@ MeshHierarchy with_cuts(const Scene& scene, MeshHierarchy hierarchy) {
                                         : "they keep their place at rest"));
         if (leaves_out) {
             warn_of_loads_left_out(scene, mesh, free);
-            std::vector<std::uint8_t> left_out(mesh.hexahedra.size(), 0);
-            for (const GridPiece& piece : free)
-                for (const std::int32_t e : piece.cells) left_out[e] = 1;
-            mesh = without_cells(mesh, left_out);
+            cut.levels = without_pieces(std::move(cut.levels), free);
         }
     }
-    return make_hierarchy({std::move(mesh)}, fmt::format("{}; {}", hierarchy.provenance,
-                                                         counted(scene.cuts.size(), "cut")));
+    return is_grid ? make_hierarchy(std::move(cut.levels), provenance)
+                   : with_cut_transfers(std::move(cut.levels), provenance);
 }
 
 std::vector<std::int32_t> resting_nodes(const Scene& scene, const TetMesh& mesh) {
-    std::vector<std::int32_t> nodes;
     if (scene.cuts.empty() || scene.time.is_dynamic() || scene.free_pieces != FreePieces::keep)
-        return nodes;
-    for (const GridPiece& piece : free_pieces(mesh, held_components(scene, mesh)))
-        for (const std::int32_t e : piece.cells)
-            nodes.insert(nodes.end(), mesh.hexahedra[e].begin(), mesh.hexahedra[e].end());
-    std::sort(nodes.begin(), nodes.end());
-    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-    return nodes;
+        return {};
+    return nodes_of_pieces(free_pieces(mesh, held_components(scene, mesh)), mesh);
 }
 
 std::string mesh_identity(const Scene& scene) {

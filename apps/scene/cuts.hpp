@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "apps/scene/scene.hpp"
-#include "mesh/hex_cut.hpp"
 #include "mesh/hierarchy.hpp"
+#include "mesh/mesh_pieces.hpp"
 
 namespace livetet {
 
@@ -14,25 +14,25 @@ namespace livetet {
 bool is_to_be_cut(const Scene& scene);
 
 /// Throws Error if a scene has cuts or blades that its mesh, which is not read yet, is known not to
-/// take: it has no hexahedra, or pieces are left out and selections list nodes.
+/// take: blades without hexahedra, or pieces that are left out while selections list nodes.
 void check_can_be_cut(const Scene& scene);
 
-/// Throws Error if the mesh of a scene with cuts or blades has no hexahedra.
-void check_has_hexahedra(const Scene& scene, const MeshHierarchy& hierarchy);
+/// Throws Error if the mesh of a scene with blades has no hexahedra.
+void check_blades_have_hexahedra(const Scene& scene, const MeshHierarchy& hierarchy);
 
-/// The scene's mesh with its cuts, and without pieces that they free if the scene leaves those out.
-/// Logs how much was cut, and each piece that nothing holds. Throws Error, naming the key, if the
-/// mesh is not of hexahedra, if a cut crosses no pair of neighbouring cells, if all cuts together
-/// open no gap, if pieces are free and the scene refuses them, or if nothing would be left that is
-/// held and can deform.
+/// The scene's mesh with its cuts, all levels of tets alike, and without pieces that they free if
+/// the scene leaves those out. Logs how much was cut, and each piece that nothing holds. Throws
+/// Error, naming the key, if a cut parts no tet or crosses no pair of neighbouring cells, if all cuts
+/// together open no gap, if pieces are free and the scene refuses them, or if nothing would be left
+/// that is held and can deform.
 MeshHierarchy with_cuts(const Scene& scene, MeshHierarchy hierarchy);
 
-/// The nodes of pieces of a cut grid that stay at rest because neither fix nor drive holds them:
+/// The nodes of pieces of a cut mesh that stay at rest because neither fix nor drive holds them:
 /// in static scenes with `free_pieces: keep`, else none. Sorted.
 std::vector<std::int32_t> resting_nodes(const Scene& scene, const TetMesh& mesh);
 
 /// "1 piece that neither fix nor drive holds: 3.2 ml at (1.0, 2.0, 3.0) mm".
-std::string pieces_text(const std::vector<GridPiece>& pieces);
+std::string pieces_text(const std::vector<MeshPiece>& pieces);
 
 /// All keys that the scene's mesh depends on, as text: scenes with equal texts have equal meshes.
 std::string mesh_identity(const Scene& scene);

@@ -2,15 +2,12 @@
 
 #include <Eigen/Core>
 
-#include <array>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <string>
-#include <variant>
 #include <vector>
 
-#include "geometry/triangle_mesh.hpp"
+#include "mesh/cut_surface.hpp"
 #include "mesh/link_crossings.hpp"
 
 /// Cuts of grids of hexahedra: a link between two neighbours breaks where the segment from one
@@ -20,17 +17,6 @@
 /// Source: Dick, Georgii, Westermann (2011), "A hexahedral multigrid approach for simulating cuts
 /// in deformable objects".
 namespace livetet {
-
-/// A plane that cuts; or a disc or a parallelogram in it, both about `point`, border included.
-struct PlanePatch {
-    Vector3 point = Vector3::Zero();                ///< m
-    Vector3 normal = Vector3::UnitZ();              ///< of any length but zero
-    std::optional<double> radius{};                 ///< of a disc, m
-    std::optional<std::array<Vector3, 2>> edges{};  ///< of a parallelogram in the plane, m
-};
-
-/// Triangles cut on both sides alike: their winding does not matter.
-using CutSurface = std::variant<PlanePatch, TriangleMesh>;
 
 /// For each link whether the surface crosses it. A surface without holes leaves none: each centre
 /// is on one side of it. A centre exactly on the surface counts as on one side, too: that of a
@@ -59,19 +45,5 @@ inline TetMesh without_links(const TetMesh& mesh, const HexLevel& level,
                              std::span<const std::uint8_t> cut) {
     return open_links(mesh, level, cut).mesh;
 }
-
-/// A connected part of a grid.
-struct GridPiece {
-    std::vector<std::int32_t> cells;     ///< rising
-    double volume = 0;                   ///< inside the body, m^3
-    Vector3 centroid = Vector3::Zero();  ///< of that, cell by cell, m
-};
-
-/// The pieces of a grid, the largest first.
-std::vector<GridPiece> grid_pieces(const TetMesh& mesh);
-
-/// The grid without some of its cells (one entry a cell) and the nodes that only they have. What is
-/// left is numbered in the same order. Sets that lose all members stay, empty.
-TetMesh without_cells(const TetMesh& mesh, std::span<const std::uint8_t> left_out);
 
 }  // namespace livetet

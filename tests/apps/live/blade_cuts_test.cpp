@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "mesh/mesh_pieces.hpp"
 #include "support/hex_grids.hpp"
 
 namespace livetet {
@@ -54,11 +55,11 @@ TEST(BladeCuts, WhatIsUndoneIsNotCut) {
     grid.cuts.keep();
     grid.still.assign(grid.mesh.nodes.size(), Vector3::Zero());
     grid.sweep({Vector3(0.021, -0.01, 0.026), Vector3(0.021, 0.05, 0.026)}, {0, 0, -0.04});
-    EXPECT_EQ(grid_pieces(grid.cuts.open(grid.mesh).mesh).size(), 2U);
+    EXPECT_EQ(mesh_pieces(grid.cuts.open(grid.mesh).mesh).size(), 2U);
     grid.cuts.undo();
     EXPECT_FALSE(grid.cuts.is_due(100));
     EXPECT_TRUE(grid.cuts.open(grid.mesh).originals.empty());
-    EXPECT_EQ(grid_pieces(grid.cuts.open(grid.mesh).mesh).size(), 1U);
+    EXPECT_EQ(mesh_pieces(grid.cuts.open(grid.mesh).mesh).size(), 1U);
 }
 
 /// All around the cell at the corner of the top: it stays with a neighbour. A piece of two cells
@@ -73,7 +74,7 @@ TEST(BladeCuts, ASingleCellIsNotCutOff) {
         grid.sweep({Vector3(-0.002, 0.002, 0.031), Vector3(-0.002, 0.008, 0.031)},
                    {width + 0.001, 0, 0});
         const TetMesh opened = grid.cuts.open(grid.mesh).mesh;
-        EXPECT_EQ(grid_pieces(opened).size(), two_cells ? 2U : 1U);
+        EXPECT_EQ(mesh_pieces(opened).size(), two_cells ? 2U : 1U);
         EXPECT_GT(opened.nodes.size(), grid.mesh.nodes.size()) << "the cut around it is made";
     }
 }

@@ -12,6 +12,7 @@
 #include "apps/scene/cuts.hpp"
 #include "base/error.hpp"
 #include "mesh/hex_cut.hpp"
+#include "mesh/mesh_pieces.hpp"
 #include "support/hex_grids.hpp"
 #include "tracking/poses.hpp"
 
@@ -298,7 +299,7 @@ TEST(TrackedCuts, ACutThatWouldFreeTheWholeBodyIsNotMade) {
         << said;
     ASSERT_NE(run.frame().cut, nullptr) << "it was opened before it was through";
     EXPECT_EQ(run.frame().cut->pieces, 1U);
-    EXPECT_EQ(grid_pieces(run.mesh()).size(), 1U);
+    EXPECT_EQ(mesh_pieces(run.mesh()).size(), 1U);
     run.rest(60, {0.003, 0, 0});
     EXPECT_TRUE(run.frame().step.converged);
     EXPECT_NEAR(run.frame().press, 0.003, 1e-4);
@@ -471,7 +472,7 @@ TEST(TrackedCuts, RandomCutsAndPressesKeepTheBodyFinite) {
         EXPECT_GE(told, free_at_most);
         EXPECT_GT(run.frame().cut->openings, 10U);
         check_tet_mesh(run.mesh(), "cut at random");
-        EXPECT_EQ(grid_pieces(run.mesh()).size(), run.frame().cut->pieces);
+        EXPECT_EQ(mesh_pieces(run.mesh()).size(), run.frame().cut->pieces);
         for (std::size_t n = 0; n < run.mesh().nodes.size(); ++n)
             if (run.mesh().nodes[n].z() < 1e-6) {
                 EXPECT_LT(run.frame().displacement[n].norm(), 1e-12) << n;

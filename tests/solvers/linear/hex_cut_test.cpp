@@ -13,6 +13,7 @@
 
 #include "mechanics/gravity_load.hpp"
 #include "mechanics/rigid_motions.hpp"
+#include "mesh/mesh_pieces.hpp"
 #include "solvers/nonlinear/deformable_body.hpp"
 #include "support/hex_grids.hpp"
 #include "support/ranks.hpp"
@@ -202,7 +203,7 @@ TEST(HexCut, ABodyCutNearlyThroughTakesAboutTwiceTheIterationsAtMost) {
                                               normal,
                                               {},
                                               {{Vector3(0.2 * across), Vector3(0.2 * along)}}});
-                ASSERT_EQ(grid_pieces(cut).size(), 1U);
+                ASSERT_EQ(mesh_pieces(cut).size(), 1U);
                 ASSERT_GT(cut.nodes.size(), bar.nodes.size() + 400);
                 const int iterations = iterations_of(cut_alone(cut), poisson);
                 RecordProperty(fmt::format("cut_{}_{}", poisson, k++), iterations);
@@ -237,7 +238,7 @@ TEST(HexCut, RandomCutsAreSolved) {
         // What nothing would hold is left out.
         std::vector<std::uint8_t> left_out(cut.hexahedra.size(), 0);
         const auto is_held = [&](std::int32_t n) { return cut.nodes[n].x() < 1e-9; };
-        for (const GridPiece& piece : grid_pieces(cut))
+        for (const MeshPiece& piece : mesh_pieces(cut))
             if (std::ranges::none_of(piece.cells, [&](std::int32_t e) {
                     return std::ranges::any_of(cut.hexahedra[e], is_held);
                 }))

@@ -12,6 +12,7 @@
 #include <set>
 
 #include "base/error.hpp"
+#include "mesh/mesh_pieces.hpp"
 #include "support/hex_grids.hpp"
 
 namespace livetet {
@@ -79,7 +80,7 @@ TEST(HexCut, APlaneBetweenCellsPartsTheGridThere) {
     const TetMesh cut = cut_by(mesh, PlanePatch{{2, 0, 0}, {-3, 0, 0}});
     EXPECT_EQ(cut.nodes.size(), mesh.nodes.size() + 5 * 4);
     EXPECT_EQ(cut.hexahedra.size(), mesh.hexahedra.size());
-    const auto pieces = grid_pieces(cut);
+    const auto pieces = mesh_pieces(cut);
     ASSERT_EQ(pieces.size(), 2U);
     EXPECT_NEAR(pieces[0].volume, 48, 1e-12);
     EXPECT_NEAR(pieces[1].volume, 24, 1e-12);
@@ -97,7 +98,7 @@ TEST(HexCut, ASurfaceThroughCentresLeavesNoCellAlone) {
     for (const Vector3& normal :
          {Vector3(1, 0, 0), Vector3(0, -1, 0), Vector3(0, 0, 1), Vector3(1, 1, 0),
           Vector3(1, 0, -1), Vector3(1, 1, 1), Vector3(1, -2, 0), Vector3(-1, 2, 3)})
-        EXPECT_EQ(grid_pieces(cut_by(mesh, PlanePatch{{4.5, 4.5, 4.5}, normal})).size(), 2U)
+        EXPECT_EQ(mesh_pieces(cut_by(mesh, PlanePatch{{4.5, 4.5, 4.5}, normal})).size(), 2U)
             << normal.transpose();
     std::mt19937 random(1);
     for (const double step : {0.5, 1.0, 2.5, 10.0})
@@ -105,7 +106,7 @@ TEST(HexCut, ASurfaceThroughCentresLeavesNoCellAlone) {
             const TriangleMesh surface = height_field(
                 step, [&](double x, double y) { return 4.5 + a * (x - 4.5) + b * (y - 4.5); },
                 random);
-            const auto pieces = grid_pieces(cut_by(mesh, surface));
+            const auto pieces = mesh_pieces(cut_by(mesh, surface));
             EXPECT_EQ(pieces.size(), 2U) << step << ", " << a << ", " << b;
             // Where no centre is on it, triangles cut as their plane does, no link more.
             const TriangleMesh beside = height_field(
@@ -220,7 +221,7 @@ TEST(HexCut, LeavesOutCellsWithWhatOnlyTheyHave) {
     mesh.node_sets["ends"] = {mesh.hexahedra.front()[0], mesh.hexahedra.back()[7]};
     const TetMesh cut = cut_by(mesh, PlanePatch{{1, 0, 0}, {1, 0, 0}});
     std::vector<std::uint8_t> left_out(cut.hexahedra.size(), 0);
-    const auto pieces = grid_pieces(cut);
+    const auto pieces = mesh_pieces(cut);
     for (const std::int32_t e : pieces.back().cells) left_out[e] = 1;
     const TetMesh rest = without_cells(cut, left_out);
     check_tet_mesh(rest, "rest");
@@ -306,11 +307,11 @@ TEST(HexCut, RandomCutsLoseNothingAndJoinNothing) {
         ASSERT_EQ(made.hexahedra.size(), mesh.hexahedra.size());
         EXPECT_NEAR(volume(made), volume(mesh), 1e-12);
         const auto flood = flooded(level, cut);
-        const auto pieces = grid_pieces(made);
+        const auto pieces = mesh_pieces(made);
         ASSERT_EQ(pieces.size(), flood.size());
         parted += pieces.size() > 1;
         std::set<std::set<std::int32_t>> expected(flood.begin(), flood.end()), found;
-        for (const GridPiece& piece : pieces)
+        for (const MeshPiece& piece : pieces)
             found.insert({piece.cells.begin(), piece.cells.end()});
         EXPECT_EQ(found, expected);
         std::vector<std::int32_t> piece_of(mesh.hexahedra.size());

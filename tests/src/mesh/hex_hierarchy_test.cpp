@@ -8,6 +8,7 @@
 
 #include "mesh/hex_cut.hpp"
 #include "mesh/hex_transfer.hpp"
+#include "mesh/mesh_pieces.hpp"
 #include "support/hex_grids.hpp"
 
 namespace livetet {
@@ -91,7 +92,7 @@ TEST(GridHierarchy, NoTransferCrossesACut) {
         // Sides by connected pieces, for cells on both sides may be at one place.
         const auto side_of = [](const TetMesh& mesh) {
             std::vector<int> side(mesh.nodes.size(), -1);
-            const auto pieces = grid_pieces(mesh);
+            const auto pieces = mesh_pieces(mesh);
             EXPECT_EQ(pieces.size(), 2);
             for (std::size_t p = 0; p < pieces.size(); ++p)
                 for (const std::int32_t e : pieces[p].cells)

@@ -10,6 +10,7 @@
 #include <cmath>
 
 #include "mesh/hex_cut.hpp"
+#include "mesh/mesh_pieces.hpp"
 #include "mesh/rest_places.hpp"
 #include "support/hex_grids.hpp"
 
@@ -82,7 +83,7 @@ TEST(BladeSweep, ASwingingBladeLeavesNoHole) {
         return BladeEdge{Vector3(x - 0.003, -0.01, z), Vector3(x + 0.002, 0.06, z + 0.001)};
     };
     const auto cut = cut_by_blade(block, 61, edge_at, at_rest);
-    EXPECT_EQ(grid_pieces(without_links(block.mesh, block.level, cut)).size(), 2U);
+    EXPECT_EQ(mesh_pieces(without_links(block.mesh, block.level, cut)).size(), 2U);
 }
 
 /// In a deformed body the blade meets the tissue that is there: at rest, the sweep carried back.

@@ -1,0 +1,93 @@
+#include "mesh/cut_hierarchy.hpp"
+
+#include <Eigen/LU>
+
+#include <algorithm>
+
+#include "mesh/mesh_pieces.hpp"
+#include "mesh/segment_crossings.hpp"
+#include "mesh/tet_cut.hpp"
+
+namespace livetet {
+
+namespace {
+
+/// How far a point that stands for a node of the boundary lies towards the midst of its tets.
+constexpr double way_inside = 0.25;
+
+/// The mean of the middles of each node's tets.
+std::vector<Vector3> midst_of_tets(const TetMesh& mesh) {
+    std::vector<Vector3> midst(mesh.nodes.size(), Vector3::Zero());
+    std::vector<double> count(mesh.nodes.size(), 0);
+    for (const Tet& t : mesh.tets) {
+        const Vector3 middle =
+            (mesh.nodes[t[0]] + mesh.nodes[t[1]] + mesh.nodes[t[2]] + mesh.nodes[t[3]]) / 4;
+        for (const std::int32_t n : t) midst[n] += middle, ++count[n];
+    }
+    for (std::size_t n = 0; n < midst.size(); ++n) midst[n] /= count[n];
+    return midst;
+}
+
+std::array<double, 4> weights_in(const TetMesh& mesh, const Tet& t, const Vector3& x) {
+    Eigen::Matrix3d edges;
+    for (int k = 0; k < 3; ++k) edges.col(k) = mesh.nodes[t[k + 1]] - mesh.nodes[t[0]];
+    const Vector3 w = edges.inverse() * (x - mesh.nodes[t[0]]);
+    return {1 - w.sum(), w[0], w[1], w[2]};
+}
+
+BarycentricMap map_across(const TetMesh& fine, const TetMesh& coarse) {
+    const std::vector<Triangle> boundary = boundary_triangles(fine.tets);
+    const std::vector<std::int32_t> on_boundary = nodes_of(boundary);
+    const std::vector<Vector3> midst = midst_of_tets(fine);
+    std::vector<Vector3> points = fine.nodes;
+    for (const std::int32_t n : on_boundary) points[n] += way_inside * (midst[n] - points[n]);
+    BarycentricMap map = map_into(coarse, points, Outside::extrapolated);
+    for (const std::int32_t n : on_boundary) {
+        const auto weights = weights_in(coarse, map.nodes[n], fine.nodes[n]);
+        if (*std::ranges::min_element(weights) >= min_extrapolated_weight) map.weights[n] = weights;
+    }
+    return map;
+}
+
+}  // namespace
+
+CutCounts cut_levels(std::vector<TetMesh>& levels, const CutSurface& surface,
+                     const std::string& where) {
+    CutCounts counts;
+    for (TetMesh& level : levels) {
+        const SegmentCrossings crossings(surface, level.nodes, where);
+        CutTets cut = cut_tets(std::move(level), crossings);
+        if (&level == &levels.front()) counts = {cut.parted, cut.added, cut.doubled};
+        level = std::move(cut.mesh);
+    }
+    return counts;
+}
+
+MeshHierarchy with_cut_transfers(std::vector<TetMesh> levels, std::string provenance) {
+    MeshHierarchy hierarchy{std::move(levels), {}, std::move(provenance)};
+    for (std::size_t l = 0; l + 1 < hierarchy.levels.size(); ++l)
+        hierarchy.transfers.push_back(map_across(hierarchy.levels[l], hierarchy.levels[l + 1]));
+    check_hierarchy(hierarchy);
+    return hierarchy;
+}
+
+std::vector<TetMesh> without_tets(std::vector<TetMesh> levels,
+                                  std::span<const std::uint8_t> left_out) {
+    levels.front() = without_cells(levels.front(), left_out);
+    for (std::size_t l = 1; l < levels.size(); ++l) {
+        const BarycentricMap map = map_across(levels[l - 1], levels[l]);
+        std::vector<std::uint8_t> is_used(levels[l].nodes.size(), 0);
+        for (const auto& corners : map.nodes)
+            for (const std::int32_t n : corners) is_used[n] = 1;
+        std::vector<std::uint8_t> is_unused(levels[l].tets.size(), 0);
+        for (const MeshPiece& piece : mesh_pieces(levels[l])) {
+            const auto nodes = nodes_of_pieces({&piece, 1}, levels[l]);
+            if (std::ranges::none_of(nodes, [&](std::int32_t n) { return is_used[n] != 0; }))
+                for (const std::int32_t e : piece.cells) is_unused[e] = 1;
+        }
+        levels[l] = without_cells(levels[l], is_unused);
+    }
+    return levels;
+}
+
+}  // namespace livetet

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "mesh/cut_surface.hpp"
+#include "mesh/hierarchy.hpp"
+
+namespace livetet {
+
+/// How much of a mesh of tets a cut has changed.
+struct CutCounts {
+    std::size_t parted = 0;   ///< tets of the finest level
+    std::size_t added = 0;    ///< nodes of it on split edges
+    std::size_t doubled = 0;  ///< nodes of it
+};
+
+/// Cuts each level of a hierarchy of four-node tets by `cut_tets`, in place; transfers and parents
+/// do not fit it any more (`with_cut_transfers`). Throws Error, naming `where`, as SegmentCrossings
+/// does.
+CutCounts cut_levels(std::vector<TetMesh>& levels, const CutSurface& surface,
+                     const std::string& where);
+
+/// A hierarchy of levels that were cut. A node of the boundary, which a cut's sides are, is mapped
+/// into the coarse tet on its own side: the one that holds a point next to it, towards the midst of
+/// its tets.
+MeshHierarchy with_cut_transfers(std::vector<TetMesh> levels, std::string provenance);
+
+/// The levels without some tets of the finest one (one entry each), and without pieces of coarser
+/// ones that no node of what is left is in.
+std::vector<TetMesh> without_tets(std::vector<TetMesh> levels,
+                                  std::span<const std::uint8_t> left_out);
+
+}  // namespace livetet

@@ -1,0 +1,36 @@
+#pragma once
+
+#include "mesh/segment_crossings.hpp"
+#include "mesh/tet_mesh.hpp"
+
+/// Cuts of meshes of tets along a surface. A tet is parted if the surface crosses all edges between
+/// two groups of its corners. In three steps
+///
+/// 1. a node near which the surface crosses an edge of a parted tet moves onto it, as far as the
+///    angles around allow; nodes of the boundary move along it;
+/// 2. edges of parted tets that are still crossed are split at the crossing;
+/// 3. faces with all their nodes on the surface, between tets on both sides of it, open: a node is
+///    doubled where such faces separate the tets around it.
+///
+/// So the cut lies on the surface but where that would make flat tets. One that ends inside ends at
+/// edges of the first tets that it does not part.
+///
+/// Compare Labelle, Shewchuk (2007), "Isosurface stuffing", for the snapping before the splits.
+namespace livetet {
+
+/// A mesh that was cut.
+struct CutTets {
+    TetMesh mesh;
+    std::size_t moved = 0;    ///< nodes moved onto the surface
+    std::size_t added = 0;    ///< nodes on split edges; they follow those that were there
+    std::size_t doubled = 0;  ///< copies of nodes; they follow at the end
+    std::size_t parted = 0;   ///< tets that were parted
+};
+
+/// Cuts a mesh of four-node tets. Tets keep their numbers for one part; others follow. Node sets
+/// take all copies, and new nodes as `bisect_edges` says; triangles of sets are split with their
+/// tets. `crossings`: of a surface with segments between the mesh's nodes. Where the surface parts no
+/// tet, nothing changes.
+CutTets cut_tets(TetMesh mesh, const SegmentCrossings& crossings);
+
+}  // namespace livetet
