@@ -22,9 +22,9 @@ void check_blades_have_hexahedra(const Scene& scene, const MeshHierarchy& hierar
 
 /// The scene's mesh with its cuts, all levels of tets alike, and without pieces that they free if
 /// the scene leaves those out. Logs how much was cut, and each piece that nothing holds. Throws
-/// Error, naming the key, if a cut parts no tet or crosses no pair of neighbouring cells, if all cuts
-/// together open no gap, if pieces are free and the scene refuses them, or if nothing would be left
-/// that is held and can deform.
+/// Error, naming the key, if a cut parts no tet or crosses no pair of neighbouring cells, if all
+/// cuts together open no gap, if pieces are free and the scene refuses them, or if nothing would be
+/// left that is held and can deform.
 MeshHierarchy with_cuts(const Scene& scene, MeshHierarchy hierarchy);
 
 /// The nodes of pieces of a cut mesh that stay at rest because neither fix nor drive holds them:

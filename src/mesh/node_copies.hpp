@@ -35,8 +35,8 @@ class NodeCopies {
 /// Appends to a mesh the copies of nodes, at the same places and in the same sets.
 void append_copies(TetMesh& mesh, std::span<const std::int32_t> originals);
 
-/// The triangle sets of a mesh `before` its tets had the nodes `after`: each triangle with the nodes
-/// of the first tet that it bounds.
+/// The triangle sets of a mesh `before` its tets had the nodes `after`: each triangle with the
+/// nodes of the first tet that it bounds.
 std::map<std::string, std::vector<Triangle>> moved_sets(const TetMesh& before,
                                                         const std::vector<Tet>& after);
 

@@ -21,8 +21,8 @@ struct SegmentCrossing {
 ///
 /// Each point is on one side of a surface, also where it lies on it: then that of a plane's normal;
 /// of triangles as if the point was moved by (e, e^2, e^3) with an infinitely small e. That is
-/// decided exactly, on coordinates rounded to 2^-30 of the body's longest side. So a surface without
-/// holes has none for segments, wherever they meet edges and corners of its triangles.
+/// decided exactly, on coordinates rounded to 2^-30 of the body's longest side. So a surface
+/// without holes has none for segments, wherever they meet edges and corners of its triangles.
 class SegmentCrossings {
   public:
     /// `points`: the body's; segments are within their box. Throws Error, naming `where`, if a

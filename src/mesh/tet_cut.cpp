@@ -27,8 +27,8 @@ constexpr double least_angle = 15 * std::numbers::pi / 180;
 /// How far, by its length, a move along the boundary may lead off a triangle of it.
 constexpr double boundary_slope = 0.15;
 
-/// The groups of a tet's corners that edges which are not crossed hold together: the bits of that of
-/// corner 0, or 0 unless there are two.
+/// The groups of a tet's corners that edges which are not crossed hold together: the bits of that
+/// of corner 0, or 0 unless there are two.
 int group_of_first(const std::array<bool, 6>& is_crossed) {
     DisjointSets groups(4);
     for (int k = 0; k < 6; ++k)

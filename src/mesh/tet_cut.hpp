@@ -29,8 +29,8 @@ struct CutTets {
 
 /// Cuts a mesh of four-node tets. Tets keep their numbers for one part; others follow. Node sets
 /// take all copies, and new nodes as `bisect_edges` says; triangles of sets are split with their
-/// tets. `crossings`: of a surface with segments between the mesh's nodes. Where the surface parts no
-/// tet, nothing changes.
+/// tets. `crossings`: of a surface with segments between the mesh's nodes. Where the surface parts
+/// no tet, nothing changes.
 CutTets cut_tets(TetMesh mesh, const SegmentCrossings& crossings);
 
 }  // namespace livetet

@@ -263,11 +263,6 @@ TEST(Cuts, BadInputIsOneLineAndWritesNothing) {
         expect_refused(livetet(bar.folder, "solve scene.yaml"), c.parts);
         EXPECT_FALSE(std::filesystem::exists(bar.folder / "out.h5")) << c.cuts;
     }
-    // Tetrahedra, before they are meshed.
-    write_text(bar.folder / "scene.yaml",
-               "mesh: {file: bar.nii.gz}\noutput: {file: out.h5}\n" + std::string(end_cut));
-    expect_refused(livetet(bar.folder, "solve scene.yaml"),
-                   {"cuts: bar.nii.gz is meshed with tetrahedra, expected hexahedra"});
 }
 
 /// A study over the radius of a disc: the deeper the cut, the less energy the pull takes.
