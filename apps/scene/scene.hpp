@@ -200,7 +200,9 @@ void visit_fields(Visitor& v, Scene& s) {
            "nodes that are moved; where rigid sets overlap, the last wins; fix takes precedence "
            "over drive");
     v.list("loads", s.loads, "forces");
-    v.list("cuts", s.cuts, "cuts of a grid of hexahedra, which open along the faces of its cells");
+    v.list(
+        "cuts", s.cuts,
+        "cuts: of tetrahedra along the surface, of a grid of hexahedra along faces of its cells");
     v.choice("free_pieces", s.free_pieces, "pieces that neither fix nor drive holds after the cuts",
              {{FreePieces::refuse, "refuse", "an error that tells their places and volumes"},
               {FreePieces::leave_out, "leave_out", "they are left out of the mesh"},

@@ -199,6 +199,10 @@ BarycentricMap map_into(const TetMesh& mesh, std::span<const Vector3> points, Ou
     return map;
 }
 
+std::array<double, 4> weights_in(const TetMesh& mesh, const Tet& t, const Vector3& x) {
+    return frame_of(mesh, t).weights(x);
+}
+
 Vector3 interpolate(const BarycentricMap& map, std::size_t point, std::span<const Vector3> values) {
     const auto& n = map.nodes[point];
     const auto& w = map.weights[point];

@@ -36,6 +36,9 @@ constexpr double min_extrapolated_weight = -1;
 BarycentricMap map_into(const TetMesh& mesh, std::span<const Vector3> points,
                         Outside outside = Outside::nearest);
 
+/// Barycentric weights of `x` (metres) in a tet of the mesh, wherever it lies; they sum to one.
+std::array<double, 4> weights_in(const TetMesh& mesh, const Tet& t, const Vector3& x);
+
 /// Value at one point: sum_k weights[k] * values[nodes[k]]; `values` has one vector a node.
 Vector3 interpolate(const BarycentricMap& map, std::size_t point, std::span<const Vector3> values);
 

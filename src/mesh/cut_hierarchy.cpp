@@ -1,7 +1,5 @@
 #include "mesh/cut_hierarchy.hpp"
 
-#include <Eigen/LU>
-
 #include <algorithm>
 
 #include "mesh/mesh_pieces.hpp"
@@ -28,13 +26,7 @@ std::vector<Vector3> midst_of_tets(const TetMesh& mesh) {
     return midst;
 }
 
-std::array<double, 4> weights_in(const TetMesh& mesh, const Tet& t, const Vector3& x) {
-    Eigen::Matrix3d edges;
-    for (int k = 0; k < 3; ++k) edges.col(k) = mesh.nodes[t[k + 1]] - mesh.nodes[t[0]];
-    const Vector3 w = edges.inverse() * (x - mesh.nodes[t[0]]);
-    return {1 - w.sum(), w[0], w[1], w[2]};
-}
-
+/// Of the nodes of a cut level in the next coarser one, each side of a cut in its own side.
 BarycentricMap map_across(const TetMesh& fine, const TetMesh& coarse) {
     const std::vector<Triangle> boundary = boundary_triangles(fine.tets);
     const std::vector<std::int32_t> on_boundary = nodes_of(boundary);
@@ -57,7 +49,7 @@ CutCounts cut_levels(std::vector<TetMesh>& levels, const CutSurface& surface,
     for (TetMesh& level : levels) {
         const SegmentCrossings crossings(surface, level.nodes, where);
         CutTets cut = cut_tets(std::move(level), crossings);
-        if (&level == &levels.front()) counts = {cut.parted, cut.added, cut.doubled};
+        if (&level == &levels.front()) counts = cut.counts;
         level = std::move(cut.mesh);
     }
     return counts;

@@ -6,19 +6,13 @@
 
 #include "mesh/cut_surface.hpp"
 #include "mesh/hierarchy.hpp"
+#include "mesh/tet_cut.hpp"
 
 namespace livetet {
 
-/// How much of a mesh of tets a cut has changed.
-struct CutCounts {
-    std::size_t parted = 0;   ///< tets of the finest level
-    std::size_t added = 0;    ///< nodes of it on split edges
-    std::size_t doubled = 0;  ///< nodes of it
-};
-
-/// Cuts each level of a hierarchy of four-node tets by `cut_tets`, in place; transfers and parents
-/// do not fit it any more (`with_cut_transfers`). Throws Error, naming `where`, as SegmentCrossings
-/// does.
+/// Cuts each level of a hierarchy of four-node tets by `cut_tets`, in place, and counts the changes
+/// of the finest one. Transfers and parents do not fit the levels any more: see
+/// `with_cut_transfers`. Throws Error, naming `where`, as SegmentCrossings does.
 CutCounts cut_levels(std::vector<TetMesh>& levels, const CutSurface& surface,
                      const std::string& where);
 

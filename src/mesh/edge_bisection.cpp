@@ -8,15 +8,11 @@
 #include <vector>
 
 #include "base/sort_and_unique.hpp"
+#include "mesh/mesh_edges.hpp"
 
 namespace livetet {
 
 namespace {
-
-std::uint64_t edge_key(std::int32_t a, std::int32_t b) {
-    return std::uint64_t{static_cast<std::uint32_t>(std::min(a, b))} << 32 |
-           static_cast<std::uint32_t>(std::max(a, b));
-}
 
 /// The tets around the ends of edges that are split, and around the new nodes.
 class Stars {

@@ -8,15 +8,6 @@
 
 namespace livetet {
 
-namespace {
-
-std::uint64_t edge_key(std::int32_t a, std::int32_t b) {
-    return (static_cast<std::uint64_t>(std::min(a, b)) << 32) |
-           static_cast<std::uint32_t>(std::max(a, b));
-}
-
-}  // namespace
-
 TetMesh quadratic_mesh(const TetMesh& linear) {
     TetMesh mesh = linear;
     const auto corners = static_cast<std::int32_t>(linear.nodes.size());

@@ -114,7 +114,7 @@ class NodeSnapping {
     }
 
     /// For each node whether it is on the surface now. Nearest crossings come first.
-    std::vector<std::uint8_t> run(std::size_t& moved) {
+    std::vector<std::uint8_t> run() {
         struct Near {
             double share;
             std::int32_t node, other;
@@ -128,7 +128,7 @@ class NodeSnapping {
         for (const auto& [share, node, other] : near) {
             if (on_surface_[node] || on_surface_[other] || would_flatten_tet(node)) continue;
             on_surface_[node] = 1;
-            moved += move(node, other);
+            move(node, other);
         }
         return std::move(on_surface_);
     }
@@ -143,13 +143,6 @@ class NodeSnapping {
     }
 
     bool is_on_boundary(std::int32_t node) const { return !at_boundary_[node].empty(); }
-
-    /// Whether the edge is of a triangle of the boundary.
-    bool is_boundary_edge(std::int32_t a, std::int32_t b) const {
-        return std::ranges::any_of(at_boundary_[a], [&](std::int32_t i) {
-            return std::ranges::find(boundary_[i], b) != boundary_[i].end();
-        });
-    }
 
     /// Whether the boundary keeps its place as one of its nodes moves.
     bool keeps_boundary(std::int32_t node, const Vector3& way) const {
@@ -188,15 +181,16 @@ class NodeSnapping {
         return way;
     }
 
-    bool move(std::int32_t node, std::int32_t nearest) {
+    /// As far as the angles around it allow; a node that cannot move counts as on the surface where
+    /// it is.
+    void move(std::int32_t node, std::int32_t nearest) {
         const Vector3 way = way_to_surface(node, nearest), from = mesh_.nodes[node];
         const double enough = std::min(least_angle, least_angle_around(node));
         for (const double part : {1.0, 0.75, 0.5, 0.25}) {
             mesh_.nodes[node] = from + part * way;
-            if (least_angle_around(node) >= enough) return true;
+            if (least_angle_around(node) >= enough) return;
         }
         mesh_.nodes[node] = from;
-        return false;
     }
 
     TetMesh& mesh_;
@@ -215,6 +209,14 @@ struct CutFace {
     auto operator<=>(const CutFace&) const = default;
 };
 
+/// The nodes of the face opposite a corner, rising.
+Triangle sorted_face(const Tet& t, int opposite) {
+    const auto& [a, b, c] = tet_faces[opposite];
+    Triangle face{t[a], t[b], t[c]};
+    std::ranges::sort(face);
+    return face;
+}
+
 /// The sides of the faces that open, of tets with corners in `on_surface`.
 std::vector<CutFace> open_faces(const TetMesh& mesh, const std::vector<std::uint8_t>& on_surface,
                                 const SegmentCrossings& crossings) {
@@ -222,11 +224,10 @@ std::vector<CutFace> open_faces(const TetMesh& mesh, const std::vector<std::uint
     for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
         const Tet& t = mesh.tets[e];
         for (int k = 0; k < 4; ++k) {
-            Triangle face{t[tet_faces[k][0]], t[tet_faces[k][1]], t[tet_faces[k][2]]};
+            const Triangle face = sorted_face(t, k);
             if (on_surface[t[k]] ||
                 !std::ranges::all_of(face, [&](std::int32_t n) { return on_surface[n] != 0; }))
                 continue;
-            std::ranges::sort(face);
             faces.push_back({face, static_cast<std::int32_t>(e), k});
         }
     }
@@ -262,9 +263,8 @@ std::size_t open_cut(TetMesh& mesh, const std::vector<CutFace>& open) {
     for (std::size_t i = 0; i < tets.size(); ++i)
         for (int k = 0; k < 4; ++k) {
             const Tet& t = mesh.tets[tets[i]];
-            Triangle face{t[tet_faces[k][0]], t[tet_faces[k][1]], t[tet_faces[k][2]]};
+            const Triangle face = sorted_face(t, k);
             if (std::ranges::none_of(face, is_touched)) continue;
-            std::ranges::sort(face);
             faces.push_back({face, static_cast<std::int32_t>(i), k});
         }
     std::ranges::sort(faces);
@@ -300,18 +300,18 @@ std::size_t open_cut(TetMesh& mesh, const std::vector<CutFace>& open) {
 CutTets cut_tets(TetMesh mesh, const SegmentCrossings& crossings) {
     CutTets cut;
     const PartedEdges parted = parted_edges(mesh, crossings);
-    cut.parted = parted.tets;
+    cut.counts.parted = parted.tets;
     TetMesh& made = cut.mesh = std::move(mesh);
     if (parted.tets == 0) return cut;
-    std::vector<std::uint8_t> on_surface = NodeSnapping(made, parted).run(cut.moved);
+    std::vector<std::uint8_t> on_surface = NodeSnapping(made, parted).run();
     std::vector<EdgeNode> splits;
     for (const auto& [a, b, share] : parted.crossings)
         if (!on_surface[a] && !on_surface[b])
             splits.push_back({a, b, std::clamp(share, snapped_share, 1 - snapped_share)});
     bisect_edges(made, splits);
-    cut.added = splits.size();
+    cut.counts.added = splits.size();
     on_surface.resize(made.nodes.size(), 1);
-    cut.doubled = open_cut(made, open_faces(made, on_surface, crossings));
+    cut.counts.doubled = open_cut(made, open_faces(made, on_surface, crossings));
     return cut;
 }
 

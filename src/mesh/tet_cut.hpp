@@ -18,13 +18,17 @@
 /// Compare Labelle, Shewchuk (2007), "Isosurface stuffing", for the snapping before the splits.
 namespace livetet {
 
-/// A mesh that was cut.
+/// How much a cut has changed.
+struct CutCounts {
+    std::size_t parted = 0;   ///< tets that the surface parts
+    std::size_t added = 0;    ///< nodes on split edges
+    std::size_t doubled = 0;  ///< copies of nodes
+};
+
+/// A mesh that was cut. Nodes keep their numbers; those on split edges follow, and then the copies.
 struct CutTets {
     TetMesh mesh;
-    std::size_t moved = 0;    ///< nodes moved onto the surface
-    std::size_t added = 0;    ///< nodes on split edges; they follow those that were there
-    std::size_t doubled = 0;  ///< copies of nodes; they follow at the end
-    std::size_t parted = 0;   ///< tets that were parted
+    CutCounts counts;
 };
 
 /// Cuts a mesh of four-node tets. Tets keep their numbers for one part; others follow. Node sets

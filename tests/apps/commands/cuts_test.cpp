@@ -13,6 +13,8 @@
 #include "io/result_file.hpp"
 #include "io/surface_file.hpp"
 #include "mesh/hex_grid.hpp"
+#include "mesh/shapes.hpp"
+#include "support/mpirun.hpp"
 #include "support/program.hpp"
 
 namespace livetet {
@@ -262,6 +264,47 @@ TEST(Cuts, BadInputIsOneLineAndWritesNothing) {
         write_text(bar.folder / "scene.yaml", text);
         expect_refused(livetet(bar.folder, "solve scene.yaml"), c.parts);
         EXPECT_FALSE(std::filesystem::exists(bar.folder / "out.h5")) << c.cuts;
+    }
+    // Tetrahedra and a blade, before they are meshed.
+    write_text(bar.folder / "scene.yaml",
+               "mesh: {file: bar.nii.gz}\noutput: {file: out.h5}\n"
+               "track: {tools: [{tool: Scalpel, blade_mm: [0, 0, 0, 0, 9, 0]}]}\n" +
+                   std::string(end_cut));
+    expect_refused(livetet(bar.folder, "solve scene.yaml"),
+                   {"blade_mm: bar.nii.gz is meshed with tetrahedra, expected hexahedra"});
+}
+
+/// A bar of tetrahedra parts as one of hexahedra does: each end keeps its place, and stays
+/// undeformed. The same on two ranks, and refined.
+TEST(Cuts, ABarOfTetrahedraIsParted) {
+    const Folder folder;
+    std::vector<TetMesh> levels{shapes::box({0.08, 0.016, 0.016}, {15, 4, 4}),
+                                shapes::box({0.08, 0.016, 0.016}, {8, 2, 2})};
+    for (TetMesh& level : levels)
+        for (Vector3& x : level.nodes) x += Vector3::Constant(0.002);
+    write_hierarchy(folder / "bar.h5", make_hierarchy(std::move(levels), "boxes"));
+    for (const auto& [more, ranks] : {std::pair{"mesh: {file: bar.h5}", 1},
+                                      {"mesh: {file: bar.h5}", 2},
+                                      {"mesh: {file: bar.h5, refine: 1}", 1},
+                                      {"mesh: {file: bar.h5}\nelements: P2", 1}}) {
+        std::string text = CutBar::scene("cuts: [{point_mm: [41, 2, 2], normal: [1, 0.2, 0.1]}]\n");
+        text.replace(text.find("mesh: {file: bar.h5}"), 20, more);
+        text.erase(text.find("image: grey.nii.gz"), 18);
+        write_text(folder / "scene.yaml", text);
+        const auto run = livetet(folder, "solve scene.yaml", test::mpirun(ranks));
+        ASSERT_EQ(run.status, 0) << more << "\n" << run.err;
+        EXPECT_NE(run.err.find("the body is in 2 pieces"), std::string::npos) << run.err;
+        const ResultReader result(folder / "out.h5");
+        const TetMesh& mesh = result.mesh();
+        const auto u = result.displacement(result.frame_count() - 1);
+        int held = 0, pulled = 0;
+        for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
+            const double at = u[n].x();
+            EXPECT_TRUE(std::abs(at) < 1e-7 || std::abs(at - 0.008) < 1e-7) << more << ": " << at;
+            ++(at > 0.004 ? pulled : held);
+        }
+        EXPECT_GT(held, 100);
+        EXPECT_GT(pulled, 100);
     }
 }
 
