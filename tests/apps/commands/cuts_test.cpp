@@ -266,10 +266,12 @@ TEST(Cuts, BadInputIsOneLineAndWritesNothing) {
         EXPECT_FALSE(std::filesystem::exists(bar.folder / "out.h5")) << c.cuts;
     }
     // Tetrahedra and a blade, before they are meshed.
-    write_text(bar.folder / "scene.yaml",
-               "mesh: {file: bar.nii.gz}\noutput: {file: out.h5}\n"
-               "track: {tools: [{tool: Scalpel, blade_mm: [0, 0, 0, 0, 9, 0]}]}\n" +
-                   std::string(end_cut));
+    write_text(
+        bar.folder / "scene.yaml",
+        "mesh: {file: bar.nii.gz}\noutput: {file: out.h5}\n"
+        "track: {source: \"openigtlink://localhost:18944\", registration: r.json,\n"
+        "  sensors: [{tool: Sensor}], tools: [{tool: Scalpel, blade_mm: [0, 0, 0, 0, 9, 0]}]}\n" +
+            std::string(end_cut));
     expect_refused(livetet(bar.folder, "solve scene.yaml"),
                    {"blade_mm: bar.nii.gz is meshed with tetrahedra, expected hexahedra"});
 }

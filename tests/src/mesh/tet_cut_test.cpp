@@ -45,7 +45,8 @@ TriangleMesh sheet(const Vector3& middle, const Vector3& a, const Vector3& b, in
     return surface;
 }
 
-/// A plane along faces of the mesh: no node moves but for rounding, no edge is split, the faces open.
+/// A plane along faces of the mesh: but for rounding no node moves, no edge is split, and the faces
+/// open.
 TEST(TetCut, APlaneAlongFacesOpensThem) {
     const TetMesh box = test::block({4, 4, 4}, unit_sides);
     const CutTets cut = tets_cut_by(box, PlanePatch{{0.5, 0, 0}, {1, 0, 0}});
