@@ -133,7 +133,7 @@ SegmentCrossings::SegmentCrossings(const CutSurface& surface, std::span<const Ve
     triangles_->corner = box.min();
     triangles_->step = side / steps_a_side;
     for (const Vector3& x : mesh.nodes)
-        if (!(box.exteriorDistance(x) <= farthest_sides * side))  // so that NaN fails
+        if (!x.allFinite() || box.exteriorDistance(x) > farthest_sides * side)
             fail(
                 "{}: the corner ({:.4g}, {:.4g}, {:.4g}) mm of a triangle is more than {:.0f} "
                 "times the body's size from it, expected a surface in its coordinates",

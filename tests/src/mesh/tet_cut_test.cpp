@@ -165,7 +165,8 @@ TEST(TetCut, CoarsePiecesGoWithTheFineOnesLeftOut) {
                                 test::block({4, 2, 2}, unit_sides)};
     cut_levels(levels, PlanePatch{{0.4, 0.5, 0.5}, {1, 0, 0}}, "cut");
     std::vector<std::uint8_t> left_out(levels.front().tets.size(), 0);
-    for (const std::int32_t e : mesh_pieces(levels.front()).back().cells) left_out[e] = 1;
+    const auto pieces = mesh_pieces(levels.front());
+    for (const std::int32_t e : pieces.back().cells) left_out[e] = 1;
     levels = without_tets(std::move(levels), left_out);
     for (const TetMesh& level : levels) {
         check_tet_mesh(level, "level");
