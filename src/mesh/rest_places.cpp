@@ -4,16 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace livetet {
 
 namespace {
 
-constexpr int max_evaluations = 60;
 /// Share of a cell's shortest edge to which rest places are found.
 constexpr double place_tolerance = 1e-7;
-constexpr double min_determinant = 0.05;
 /// Of the table of near cells: 16 MB.
 constexpr std::int64_t max_blocks = std::int64_t{1} << 22;
 
@@ -79,8 +76,8 @@ std::int32_t RestPlaces::cell_near(const HexPlace& place) const {
                  (place[0] >> shift_)];
 }
 
-RestPlaces::Motion RestPlaces::motion_at(const Vector3& x, std::span<const Hexahedron> cells,
-                                         std::span<const Vector3> displacement) const {
+RestMotion RestPlaces::motion_at(const Vector3& x, std::span<const Hexahedron> cells,
+                                 std::span<const Vector3> displacement) const {
     const Vector3 q = in_cells_ * (x - corner_);
     HexPlace place{};
     for (int d = 0; d < 3; ++d)
@@ -108,21 +105,8 @@ RestPlaces::Motion RestPlaces::motion_at(const Vector3& x, std::span<const Hexah
 
 Vector3 RestPlaces::rest_place(const Vector3& y, std::span<const Hexahedron> cells,
                                std::span<const Vector3> displacement) const {
-    Vector3 x = y;
-    double omega = 1, before = std::numeric_limits<double>::infinity();
-    for (int k = 0; k < max_evaluations; ++k) {
-        const Motion motion = motion_at(x, cells, displacement);
-        Vector3 step = y - motion.u - x;
-        const double length = step.norm();
-        // A nearly flat or inverted cell has no useful inverse.
-        if (motion.gradient.determinant() > min_determinant)
-            step = motion.gradient.inverse() * step;
-        if (length > 0.95 * before) omega /= 2;
-        before = length;
-        x += omega * step;
-        if (omega * step.norm() <= tolerance_) break;
-    }
-    return x;
+    return find_rest_place(y, tolerance_,
+                           [&](const Vector3& x) { return motion_at(x, cells, displacement); });
 }
 
 }  // namespace livetet

@@ -7,20 +7,13 @@
 #include <vector>
 
 #include "mesh/link_crossings.hpp"
+#include "mesh/rest_iteration.hpp"
 
 namespace livetet {
 
-/// Finds where points of a deformed grid lie in the grid at rest.
-///
-/// With the grid's trilinear displacement u, a point y of the deformed body is at the rest place x
-/// of
-///
-///     x + u(x) = y,          x <- x + omega (1 + grad u)^-1 (y - u(x) - x),
-///
-/// found by Newton's iteration. omega begins as 1 and is halved whenever a step is not shorter than
-/// the one before: so it settles near the cut where y is in the gap of one, where u jumps and no x
-/// solves the equation. Outside of the body u is that of the nearest point of a near cell. The body
-/// may be bent by 60 degrees over its length.
+/// Finds where points of a deformed grid lie in the grid at rest (see find_rest_place), with the
+/// grid's trilinear displacement. Outside of the body that is the displacement of the nearest point
+/// of a near cell.
 class RestPlaces {
   public:
     RestPlaces(const HexLevel& level, const GridFrame& frame);
@@ -33,12 +26,8 @@ class RestPlaces {
   private:
     void find_near_cells();
     std::int32_t cell_near(const HexPlace& place) const;
-    struct Motion {
-        Vector3 u;                 ///< displacement, m
-        Eigen::Matrix3d gradient;  ///< of the place of the moved point
-    };
-    Motion motion_at(const Vector3& x, std::span<const Hexahedron> cells,
-                     std::span<const Vector3> displacement) const;
+    RestMotion motion_at(const Vector3& x, std::span<const Hexahedron> cells,
+                         std::span<const Vector3> displacement) const;
 
     std::vector<HexPlace> places_;  ///< of the cells
     PlaceNumbers numbers_;

@@ -1,19 +1,14 @@
 #include "mesh/tet_cut.hpp"
 
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <numbers>
 
 #include "base/disjoint_sets.hpp"
-#include "base/sort_and_unique.hpp"
 #include "mesh/edge_bisection.hpp"
-#include "mesh/least_dihedral.hpp"
 #include "mesh/mesh_edges.hpp"
+#include "mesh/movable_nodes.hpp"
 #include "mesh/node_copies.hpp"
-#include "mesh/tet_faces.hpp"
+#include "mesh/tet_links.hpp"
 
 namespace livetet {
 
@@ -22,11 +17,6 @@ namespace {
 /// A node moves onto the surface where that crosses an edge within this share of its length; other
 /// edges are split at least as far from their ends.
 constexpr double snapped_share = 0.3;
-/// Moves leave no smaller angle, rad, but where one was smaller already.
-constexpr double least_angle = 15 * std::numbers::pi / 180;
-/// How far, by its length, a move along the boundary may lead off a triangle of it.
-constexpr double boundary_slope = 0.15;
-
 /// The groups of a tet's corners that edges which are not crossed hold together: the bits of that
 /// of corner 0, or 0 unless there are two.
 int group_of_first(const std::array<bool, 6>& is_crossed) {
@@ -101,17 +91,7 @@ PartedEdges parted_edges(const TetMesh& mesh, const SegmentCrossings& crossings)
 class NodeSnapping {
   public:
     NodeSnapping(TetMesh& mesh, const PartedEdges& parted)
-        : mesh_(mesh), parted_(parted), on_surface_(mesh.nodes.size(), 0) {
-        stars_ = make_lists(mesh.nodes.size(), [&](auto&& add) {
-            for (std::size_t e = 0; e < mesh.tets.size(); ++e)
-                for (const std::int32_t n : mesh.tets[e]) add(n, static_cast<std::int32_t>(e));
-        });
-        boundary_ = boundary_triangles(mesh.tets);
-        at_boundary_ = make_lists(mesh.nodes.size(), [&](auto&& add) {
-            for (std::size_t i = 0; i < boundary_.size(); ++i)
-                for (const std::int32_t n : boundary_[i]) add(n, static_cast<std::int32_t>(i));
-        });
-    }
+        : mesh_(mesh), parted_(parted), on_surface_(mesh.nodes.size(), 0), movable_(mesh) {}
 
     /// For each node whether it is on the surface now. Nearest crossings come first.
     std::vector<std::uint8_t> run() {
@@ -127,8 +107,8 @@ class NodeSnapping {
         std::ranges::stable_sort(near, {}, &Near::share);
         for (const auto& [share, node, other] : near) {
             if (on_surface_[node] || on_surface_[other] || would_flatten_tet(node)) continue;
-            on_surface_[node] = 1;
-            move(node, other);
+            on_surface_[node] = 1;  // where it is, if it cannot move
+            movable_.move(node, way_to_surface(node, other));
         }
         return std::move(on_surface_);
     }
@@ -136,29 +116,10 @@ class NodeSnapping {
   private:
     /// Whether a tet has its other corners on the surface already.
     bool would_flatten_tet(std::int32_t node) const {
-        return std::ranges::any_of(stars_[node], [&](std::int32_t e) {
+        return std::ranges::any_of(movable_.tets_at(node), [&](std::int32_t e) {
             return std::ranges::all_of(mesh_.tets[e],
                                        [&](std::int32_t n) { return n == node || on_surface_[n]; });
         });
-    }
-
-    bool is_on_boundary(std::int32_t node) const { return !at_boundary_[node].empty(); }
-
-    /// Whether the boundary keeps its place as one of its nodes moves.
-    bool keeps_boundary(std::int32_t node, const Vector3& way) const {
-        return std::ranges::all_of(at_boundary_[node], [&](std::int32_t i) {
-            const auto& [a, b, c] = boundary_[i];
-            const Vector3& x = mesh_.nodes[a];
-            const Vector3 normal = (mesh_.nodes[b] - x).cross(mesh_.nodes[c] - x).normalized();
-            return std::abs(normal.dot(way)) <= boundary_slope * way.norm();
-        });
-    }
-
-    double least_angle_around(std::int32_t node) const {
-        double least = std::numbers::pi;
-        for (const std::int32_t e : stars_[node])
-            least = std::min(least, least_dihedral(mesh_.nodes, mesh_.tets[e]));
-        return least;
     }
 
     /// The way to the nearest crossing of an edge of parted tets at a node; along the boundary, if
@@ -169,127 +130,55 @@ class NodeSnapping {
             const double share = c.a == node ? c.share : 1 - c.share;
             return Vector3(share * (mesh_.nodes[other] - mesh_.nodes[node]));
         };
-        if (!is_on_boundary(node)) return way_along(nearest);
+        if (movable_.boundary_at(node).empty()) return way_along(nearest);
         Vector3 way = Vector3::Zero();
-        for (const std::int32_t i : at_boundary_[node])
-            for (const std::int32_t other : boundary_[i]) {
+        for (const std::int32_t i : movable_.boundary_at(node))
+            for (const std::int32_t other : movable_.triangle(i)) {
                 if (other == node || on_surface_[other] || parted_.find(node, other) < 0) continue;
                 const Vector3 along = way_along(other);
-                if (keeps_boundary(node, along) && (way.isZero() || along.norm() < way.norm()))
+                if (movable_.keeps_boundary(node, along) &&
+                    (way.isZero() || along.norm() < way.norm()))
                     way = along;
             }
         return way;
     }
 
-    /// As far as the angles around it allow; a node that cannot move counts as on the surface where
-    /// it is.
-    void move(std::int32_t node, std::int32_t nearest) {
-        const Vector3 way = way_to_surface(node, nearest), from = mesh_.nodes[node];
-        const double enough = std::min(least_angle, least_angle_around(node));
-        for (const double part : {1.0, 0.75, 0.5, 0.25}) {
-            mesh_.nodes[node] = from + part * way;
-            if (least_angle_around(node) >= enough) return;
-        }
-        mesh_.nodes[node] = from;
-    }
-
     TetMesh& mesh_;
     const PartedEdges& parted_;
     std::vector<std::uint8_t> on_surface_;
-    Lists stars_;
-    std::vector<Triangle> boundary_;
-    Lists at_boundary_;  ///< the boundary's triangles at each node
+    MovableNodes movable_;
 };
 
-/// A side of a face whose nodes are all on the surface.
-struct CutFace {
-    Triangle nodes;  ///< sorted
-    std::int32_t tet = 0;
-    int opposite = 0;  ///< corner of that tet
-    auto operator<=>(const CutFace&) const = default;
-};
-
-/// The nodes of the face opposite a corner, rising.
-Triangle sorted_face(const Tet& t, int opposite) {
-    const auto& [a, b, c] = tet_faces[opposite];
-    Triangle face{t[a], t[b], t[c]};
-    std::ranges::sort(face);
-    return face;
+/// The corner of a tet that is not in a face with another one.
+std::int32_t opposite(const Tet& t, const Tet& other) {
+    return *std::ranges::find_if(
+        t, [&](std::int32_t n) { return std::ranges::find(other, n) == other.end(); });
 }
 
-/// The sides of the faces that open, of tets with corners in `on_surface`.
-std::vector<CutFace> open_faces(const TetMesh& mesh, const std::vector<std::uint8_t>& on_surface,
-                                const SegmentCrossings& crossings) {
-    std::vector<CutFace> faces;
-    for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
-        const Tet& t = mesh.tets[e];
-        for (int k = 0; k < 4; ++k) {
-            const Triangle face = sorted_face(t, k);
-            if (on_surface[t[k]] ||
-                !std::ranges::all_of(face, [&](std::int32_t n) { return on_surface[n] != 0; }))
-                continue;
-            faces.push_back({face, static_cast<std::int32_t>(e), k});
-        }
+/// Whether all nodes of the face between two tets are on the surface, and the tets on both sides.
+bool is_open(const TetMesh& mesh, const TetLink& link, const std::vector<std::uint8_t>& on_surface,
+             const SegmentCrossings& crossings) {
+    const Tet &one = mesh.tets[link.lower], &other = mesh.tets[link.upper];
+    const std::int32_t near = opposite(one, other), far = opposite(other, one);
+    Vector3 middle = Vector3::Zero();
+    for (const std::int32_t n : one) {
+        if (n == near) continue;
+        if (!on_surface[n]) return false;
+        middle += mesh.nodes[n] / 3;
     }
-    std::ranges::sort(faces);
-    std::vector<CutFace> open;
-    for (std::size_t i = 1; i < faces.size(); ++i) {
-        const CutFace &one = faces[i - 1], &other = faces[i];
-        if (one.nodes != other.nodes) continue;
-        const auto& [a, b, c] = one.nodes;
-        const Vector3 middle = (mesh.nodes[a] + mesh.nodes[b] + mesh.nodes[c]) / 3;
-        const SegmentCrossing here =
-            crossings.between(mesh.nodes[mesh.tets[one.tet][one.opposite]], middle);
-        const SegmentCrossing there =
-            crossings.between(middle, mesh.nodes[mesh.tets[other.tet][other.opposite]]);
-        if (here.parts() != there.parts()) open.insert(open.end(), {one, other});
-    }
-    return open;
+    return !on_surface[near] && !on_surface[far] &&
+           crossings.between(mesh.nodes[near], middle).parts() !=
+               crossings.between(middle, mesh.nodes[far]).parts();
 }
 
 /// Step 3: doubles the nodes that open faces part. Returns their number.
-std::size_t open_cut(TetMesh& mesh, const std::vector<CutFace>& open) {
-    std::vector<std::int32_t> nodes;
-    for (const CutFace& face : open)
-        nodes.insert(nodes.end(), face.nodes.begin(), face.nodes.end());
-    sort_and_unique(nodes);
-    const auto is_touched = [&](std::int32_t n) { return std::ranges::binary_search(nodes, n); };
-    std::vector<std::int32_t> tets;
-    for (std::size_t e = 0; e < mesh.tets.size(); ++e)
-        if (std::ranges::any_of(mesh.tets[e], is_touched))
-            tets.push_back(static_cast<std::int32_t>(e));
-    // Corners of neighbouring tets are joined across faces that stay closed.
-    std::vector<CutFace> faces;
-    for (std::size_t i = 0; i < tets.size(); ++i)
-        for (int k = 0; k < 4; ++k) {
-            const Tet& t = mesh.tets[tets[i]];
-            const Triangle face = sorted_face(t, k);
-            if (std::ranges::none_of(face, is_touched)) continue;
-            faces.push_back({face, static_cast<std::int32_t>(i), k});
-        }
-    std::ranges::sort(faces);
-    DisjointSets corners(4 * tets.size());
-    const auto corner = [&](std::int32_t i, std::int32_t node) {
-        const Tet& t = mesh.tets[tets[i]];
-        return 4 * i + static_cast<std::int32_t>(std::ranges::find(t, node) - t.begin());
-    };
-    for (std::size_t f = 1; f < faces.size(); ++f) {
-        const CutFace &one = faces[f - 1], &other = faces[f];
-        if (one.nodes != other.nodes ||
-            std::ranges::binary_search(open, one.nodes, {}, &CutFace::nodes))
-            continue;
-        for (const std::int32_t n : one.nodes)
-            if (is_touched(n)) corners.join(corner(one.tet, n), corner(other.tet, n));
-    }
-    NodeCopies copies(mesh.nodes.size(), 4 * tets.size());
+std::size_t open_cut(TetMesh& mesh, const std::vector<std::uint8_t>& on_surface,
+                     const SegmentCrossings& crossings) {
+    const std::vector<TetLink> links = links_of(mesh.tets);
+    std::vector<std::uint8_t> is_cut;
+    for (const TetLink& link : links) is_cut.push_back(is_open(mesh, link, on_surface, crossings));
     const TetMesh before = mesh.triangle_sets.empty() ? TetMesh{} : mesh;
-    for (std::size_t i = 0; i < tets.size(); ++i)
-        for (int c = 0; c < 4; ++c) {
-            std::int32_t& n = mesh.tets[tets[i]][c];
-            if (is_touched(n))
-                n = copies.number(n, corners.find(static_cast<std::int32_t>(4 * i + c)));
-        }
-    const std::vector<std::int32_t> originals = copies.take_originals();
+    const auto originals = part_nodes(mesh.tets, mesh.nodes.size(), links, is_cut);
     append_copies(mesh, originals);
     if (!before.triangle_sets.empty()) mesh.triangle_sets = moved_sets(before, mesh.tets);
     return originals.size();
@@ -311,7 +200,7 @@ CutTets cut_tets(TetMesh mesh, const SegmentCrossings& crossings) {
     bisect_edges(made, splits);
     cut.counts.added = splits.size();
     on_surface.resize(made.nodes.size(), 1);
-    cut.counts.doubled = open_cut(made, open_faces(made, on_surface, crossings));
+    cut.counts.doubled = open_cut(made, on_surface, crossings);
     return cut;
 }
 

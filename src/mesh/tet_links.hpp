@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "mesh/tet_mesh.hpp"
+
+namespace livetet {
+
+/// Two tets that share a face.
+struct TetLink {
+    std::int32_t lower = 0, upper = 0;
+};
+
+/// The links of tets, by their faces' nodes. O(n log(n)).
+std::vector<TetLink> links_of(std::span<const Tet> tets);
+
+/// Doubles the nodes of open faces around which links that are not cut no longer join all tets: the
+/// first of these keeps a node's number, the copies that others take follow after all nodes, so far
+/// `nodes`. `is_cut`: one entry a link. Returns of each copy the node that it is one of.
+std::vector<std::int32_t> part_nodes(std::vector<Tet>& tets, std::size_t nodes,
+                                     std::span<const TetLink> links,
+                                     std::span<const std::uint8_t> is_cut);
+
+}  // namespace livetet
