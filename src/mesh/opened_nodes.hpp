@@ -1,0 +1,44 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "mesh/tet_mesh.hpp"
+
+namespace livetet {
+
+/// A node that has moved in the body at rest.
+struct MovedNode {
+    std::int32_t node = 0;
+    Vector3 way = Vector3::Zero();  ///< by which it moved, m
+    /// Where it is now, in a tet of the mesh before: sum_k weights[k] * nodes[corners[k]].
+    Tet corners{};
+    std::array<double, 4> weights{};
+};
+
+/// How the nodes of a mesh change when a cut opens: some move onto the cut, then copies follow
+/// after all nodes.
+struct OpenedNodes {
+    std::vector<MovedNode> moved;
+    std::vector<std::int32_t> originals;  ///< of each copy: the node that it is a copy of
+};
+
+/// Appends to one value a node those of the copies.
+template <class Value>
+void copy_values(std::vector<Value>& values, const std::vector<std::int32_t>& originals) {
+    for (const std::int32_t n : originals) values.push_back(Value(values[n]));
+}
+
+/// Takes one value a node over to the opened mesh: of moved nodes the interpolated one.
+template <class Value>
+void carry_values(std::vector<Value>& values, const OpenedNodes& nodes) {
+    std::vector<Value> there;
+    for (const MovedNode& m : nodes.moved)
+        there.push_back(m.weights[0] * values[m.corners[0]] + m.weights[1] * values[m.corners[1]] +
+                        m.weights[2] * values[m.corners[2]] + m.weights[3] * values[m.corners[3]]);
+    for (std::size_t i = 0; i < there.size(); ++i) values[nodes.moved[i].node] = there[i];
+    copy_values(values, nodes.originals);
+}
+
+}  // namespace livetet
