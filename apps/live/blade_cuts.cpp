@@ -5,12 +5,6 @@
 
 namespace livetet {
 
-namespace {
-
-constexpr const char* grid_name = "the tracked body";
-
-}  // namespace
-
 void add_copies(std::vector<std::int32_t>& nodes, std::size_t first,
                 std::span<const std::int32_t> originals) {
     std::vector<std::int32_t> more;
@@ -22,19 +16,14 @@ void add_copies(std::vector<std::int32_t>& nodes, std::size_t first,
     nodes.insert(nodes.end(), more.begin(), more.end());
 }
 
-BladeCuts::BladeCuts(const TetMesh& mesh, double interval_s)
-    : level_(hex_level_of(mesh, grid_name)),
-      frame_(grid_frame(mesh, level_)),
-      crossings_(level_, frame_),
-      rest_places_(level_, frame_),
-      interval_s_(interval_s),
-      cut_(level_.links.size(), 0),
-      kept_(cut_) {
+BladeCuts::BladeCuts(const std::vector<TetMesh>& levels, double interval_s)
+    : cuttable_(openable_mesh(levels)), interval_s_(interval_s) {
+    const TetMesh& mesh = levels.front();
     Vector3 low = mesh.nodes.front(), high = low;
     for (const Vector3& x : mesh.nodes) low = low.cwiseMin(x), high = high.cwiseMax(x);
     centre_ = (low + high) / 2;
     size_ = (high - low).norm();
-    sweep_options_.longest_edge = frame_.axes.colwise().norm().minCoeff() / 2;
+    sweep_options_.longest_edge = cuttable_->cell_edge() / 2;
 }
 
 /// Whether it may touch the body: elsewhere nothing is to be carried to rest.
@@ -46,9 +35,9 @@ bool BladeCuts::is_near(const BladeEdge& edge, std::span<const Vector3> displace
     return (edge[0] - centre_).norm() <= reach && (edge[1] - centre_).norm() <= reach;
 }
 
-/// The triangles that may cross a link. They are small beside the grid: those with a corner farther
+/// The triangles that may cross a link. They are small beside the body: those with a corner farther
 /// from its middle than its diagonal do not.
-TriangleMesh BladeCuts::near_grid(const TriangleMesh& swept) const {
+TriangleMesh BladeCuts::near_body(const TriangleMesh& swept) const {
     TriangleMesh near;
     const auto is_near = [&](std::int32_t n) { return (swept.nodes[n] - centre_).norm() < size_; };
     for (const Triangle& t : swept.triangles) {
@@ -61,18 +50,18 @@ TriangleMesh BladeCuts::near_grid(const TriangleMesh& swept) const {
 }
 
 void BladeCuts::follow(double time_s, std::span<const std::optional<BladeEdge>> edges,
-                       std::span<const Hexahedron> cells, std::span<const Vector3> displacement) {
+                       const TetMesh& mesh, std::span<const Vector3> displacement) {
     if (sweeps_.size() != edges.size()) sweeps_.assign(edges.size(), BladeSweep(sweep_options_));
     const auto rest_place = [&](const Vector3& y) {
-        return rest_places_.rest_place(y, cells, displacement);
+        return cuttable_->rest_place(y, mesh, displacement);
     };
     for (std::size_t i = 0; i < edges.size(); ++i) {
         if (edges[i] && !is_near(*edges[i], displacement)) {
             sweeps_[i].restart();
             continue;
         }
-        const TriangleMesh swept = near_grid(sweeps_[i].follow(time_s, edges[i], rest_place));
-        if (crossings_.mark(swept, cut_, grid_name) > 0 && !pending_s_) pending_s_ = time_s;
+        const TriangleMesh swept = near_body(sweeps_[i].follow(time_s, edges[i], rest_place));
+        if (cuttable_->cut(swept) > 0 && !pending_s_) pending_s_ = time_s;
     }
 }
 
@@ -80,36 +69,14 @@ bool BladeCuts::is_due(double time_s) const {
     return pending_s_ && time_s - *pending_s_ >= interval_s_;
 }
 
-/// Restores a link of each cell that has lost all, to a neighbour that has others.
-void BladeCuts::rejoin_single_cells() {
-    std::vector<std::uint8_t> links(level_.places.size(), 0);  // that each cell has left
-    for (std::size_t l = 0; l < cut_.size(); ++l)
-        if (!cut_[l]) ++links[level_.links[l].lower], ++links[level_.links[l].upper];
-    for (std::size_t l = 0; l < cut_.size(); ++l) {
-        const HexLink& link = level_.links[l];
-        if (!cut_[l] || kept_[l] || (links[link.lower] == 0) == (links[link.upper] == 0)) continue;
-        cut_[l] = 0;
-        ++links[link.lower], ++links[link.upper];
-    }
-}
-
-OpenedGrid BladeCuts::open(const TetMesh& mesh) {
-    rejoin_single_cells();
-    return open_links(mesh, level_, cut_);
-}
-
 void BladeCuts::keep() {
-    kept_ = cut_;
+    cuttable_->keep();
     pending_s_.reset();
 }
 
 void BladeCuts::undo() {
-    cut_ = kept_;
+    cuttable_->undo();
     pending_s_.reset();
-}
-
-std::size_t BladeCuts::parted() const {
-    return static_cast<std::size_t>(std::ranges::count(kept_, 1));
 }
 
 }  // namespace livetet

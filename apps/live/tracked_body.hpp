@@ -66,8 +66,8 @@ inline constexpr double farthest_from_organ = 0.02;
 class TrackedBody {
   public:
     /// `body` is on the scene's mesh as it was loaded. Throws Error if a tool of the scene is not
-    /// found, if nothing fixes the body without sensors, if there is a blade and the mesh is no
-    /// grid, or if `track.start` is no state of this body (see start_state.hpp).
+    /// found, if nothing fixes the body without sensors, or if `track.start` is no state of this
+    /// body (see start_state.hpp).
     TrackedBody(const Scene& scene, SceneBody& body, ToolFinder find_tool,
                 const RigidTransform<ImageFrame, Reference>& image_from_reference,
                 MisplacedSensor misplaced = MisplacedSensor::refuse);
@@ -198,8 +198,8 @@ class TrackedBody {
         const std::optional<RigidTransform<Tracker, Reference>>& tracker_from_reference);
     void cut_by_blades();
     void open_cuts();
-    bool make_body_on(OpenedGrid& opened, const Scene& listed);
-    void continue_on_mesh(std::size_t first, std::span<const std::int32_t> originals,
+    bool make_body_on(OpenedLevels& opened, const Scene& listed);
+    void continue_on_mesh(std::size_t first, const OpenedNodes& nodes,
                           const std::vector<MeshPiece>& free);
     std::vector<FixOptions> fix_of_change(const SceneChange& change) const;
     std::vector<FixOptions> fix_of_responses(const std::vector<MeshPiece>& free) const;

@@ -9,6 +9,7 @@
 #include "base/error.hpp"
 #include "base/log.hpp"
 #include "base/stopwatch.hpp"
+#include "mesh/cut_hierarchy.hpp"
 #include "mesh/quadratic.hpp"
 #include "solvers/nonlinear/doubled_nodes.hpp"
 #include "tracking/poses.hpp"
@@ -16,12 +17,10 @@
 namespace livetet {
 
 void TrackedBody::begin_cutting() {
-    if (body_.mesh().hexahedra.empty())
-        fail("track.tools: blade_mm: found a mesh of tetrahedra, expected hexahedra");
     Scene listed = listed_scene(scene_, body_.mesh());
     listed.solver.threads = body_.body->threads();  // as long as the run lasts
-    cutting_ = std::make_unique<Cutting>(
-        Cutting{BladeCuts(body_.mesh(), scene_.track->cut_interval_s), std::move(listed)});
+    cutting_ = std::make_unique<Cutting>(Cutting{
+        BladeCuts(body_.hierarchy.levels, scene_.track->cut_interval_s), std::move(listed)});
 }
 
 namespace {
@@ -68,20 +67,20 @@ void TrackedBody::follow_blades(
 }
 
 void TrackedBody::cut_by_blades() {
-    cutting_->cuts.follow(frame_.time_s, cutting_->edges, body_.mesh().hexahedra,
-                          frame_.displacement);
+    cutting_->cuts.follow(frame_.time_s, cutting_->edges, body_.mesh(), frame_.displacement);
     if (cutting_->cuts.is_due(frame_.time_s)) open_cuts();
 }
 
 void TrackedBody::open_cuts() {
     Stopwatch watch;
     BladeCuts& cuts = cutting_->cuts;
-    OpenedGrid opened = cuts.open(body_.mesh());
-    if (opened.originals.empty()) return cuts.keep();
+    OpenedLevels opened = cuts.open(body_.hierarchy.levels);
+    const std::vector<std::int32_t>& originals = opened.nodes.originals;
+    if (originals.empty()) return cuts.keep();
     const std::size_t first = body_.mesh().nodes.size();
     Scene listed = cutting_->listed;
-    add_copies_to_lists(listed, first, opened.originals);
-    const HeldPieces pieces = held_pieces(listed, opened.mesh);
+    add_copies_to_lists(listed, first, originals);
+    const HeldPieces pieces = held_pieces(listed, opened.levels.front());
     if (!pieces.is_any_left) {
         cuts.undo();
         log_warning(
@@ -95,25 +94,25 @@ void TrackedBody::open_cuts() {
     auto cut = std::make_shared<CutMesh>();
     if (frame_.cut) *cut = {{}, frame_.cut->originals, frame_.cut->openings};
     cut->mesh = body_.mesh();
-    cut->originals.insert(cut->originals.end(), opened.originals.begin(), opened.originals.end());
+    cut->originals.insert(cut->originals.end(), originals.begin(), originals.end());
     ++cut->openings;
     cut->parted = cuts.parted();
     cut->pieces = pieces.count;
     cut->free_pieces = pieces.free.size();
     const double longest_s = frame_.cut ? frame_.cut->longest_s : 0;
-    continue_on_mesh(first, opened.originals, pieces.free);
+    continue_on_mesh(first, opened.nodes, pieces.free);
     cut->longest_s = std::max(longest_s, watch.lap());
     frame_.cut = std::move(cut);
 }
 
 /// Replaces the body by one on the opened mesh, with its state. Returns false, and logs why, if
 /// there can be none: then the old one stays.
-bool TrackedBody::make_body_on(OpenedGrid& opened, const Scene& listed) {
+bool TrackedBody::make_body_on(OpenedLevels& opened, const Scene& listed) {
     try {
         SceneBody fresh = make_body(
             PETSC_COMM_SELF, listed,
-            make_hierarchy({std::move(opened.mesh)}, body_.hierarchy.provenance), Use::track);
-        carry_state(*body_.body, *fresh.body, opened.originals);
+            with_cut_transfers(std::move(opened.levels), body_.hierarchy.provenance), Use::track);
+        carry_state(*body_.body, *fresh.body, opened.nodes);
         body_.body = std::move(fresh.body);  // first: the old one refers to the old mesh
         body_.hierarchy = std::move(fresh.hierarchy);
         return true;
@@ -124,16 +123,17 @@ bool TrackedBody::make_body_on(OpenedGrid& opened, const Scene& listed) {
 }
 
 /// Takes all that has to do with nodes over to the new mesh. `first`: number of the first copy.
-void TrackedBody::continue_on_mesh(std::size_t first, std::span<const std::int32_t> originals,
+void TrackedBody::continue_on_mesh(std::size_t first, const OpenedNodes& nodes,
                                    const std::vector<MeshPiece>& free) {
+    const std::vector<std::int32_t>& originals = nodes.originals;
     const TetMesh& mesh = body_.mesh();
     const Scene& listed = cutting_->listed;
     scene_constraints_.emplace(listed, mesh);
     scene_constraints_->move_to_share(1);
-    copy_values(frame_.displacement, originals);
+    carry_values(frame_.displacement, nodes);
     surface_ = surface_nodes(mesh);
     for (Sensor& s : sensors_) {
-        s.patch.add_copies(first, originals);
+        s.patch.follow_cut(first, nodes);
         s.patch.leave_ring_out();
     }
     if (settling_)

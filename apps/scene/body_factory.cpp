@@ -62,7 +62,6 @@ MeshHierarchy load_mesh(const Scene& scene, const ProgressCallback& progress) {
     MeshSource source = scene.mesh;
     if (!scene.cuts.empty()) source.refine = 0;  // the cut mesh is refined, and its sides with it
     MeshHierarchy loaded = load_mesh(source, progress, grading_of(scene));
-    check_blades_have_hexahedra(scene, loaded);
     if (scene.cuts.empty()) return loaded;
     if (scene.mesh.refine > 0) refuse_refined_hexahedra(loaded, scene.mesh.refine);
     return with_refined_levels(with_cuts(scene, std::move(loaded)), scene.mesh.refine);
@@ -146,12 +145,13 @@ SceneMesh load_mesh_for(MPI_Comm comm, const Scene& scene, const ProgressCallbac
     int ranks = 1;
     MPI_Comm_size(comm, &ranks);
     if (ranks == 1) return load_mesh(scene, progress);
+    check_can_be_cut(scene);
     if (!scene.cuts.empty() && scene.free_pieces == FreePieces::keep && !scene.time.is_dynamic())
         fail("free_pieces = keep: found {} ranks, expected one in a static scene, or leave_out",
              ranks);
     const std::size_t enough = min_tets_per_rank * static_cast<std::size_t>(ranks);
     const bool has_rows =
-        ending(scene.mesh.file) == ".h5" && scene.mesh.levels <= 1 && !is_to_be_cut(scene);
+        ending(scene.mesh.file) == ".h5" && scene.mesh.levels <= 1 && scene.cuts.empty();
     if (!has_rows) return deal_out(comm, scene, progress, enough);
     refuse_idle_keys(scene.mesh);
     SceneMesh mesh(read_hierarchy_rows(comm, scene.mesh.file), scene.mesh.refine);
@@ -334,7 +334,8 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, SceneMesh mesh, Use use,
     if (with_mesh) with_mesh(body.mesh(), taken.levels);
     body.body =
         std::make_unique<DeformableBody>(std::move(taken.levels), model, scene.time, taken.options);
-    if (body.body->linear_solver().kind() != SolverKind::live)
+    const bool is_cut_later = scene.track && has_blades(*scene.track);
+    if (body.body->linear_solver().kind() != SolverKind::live && !is_cut_later)
         drop_coarser_meshes(body.hierarchy);  // the body has its own part of them
     if (is_shared) give_back_memory();
     return body;

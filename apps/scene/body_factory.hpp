@@ -67,7 +67,7 @@ SolverOptions solver_options(const Scene& scene, const MeshHierarchy& hierarchy,
 /// The mesh hierarchy of a scene and the body on it.
 struct SceneBody {
     /// On one rank the body refers to its transfers; on several there are none, and the finest
-    /// level is this rank's part. Coarser meshes are empty except for the live solver.
+    /// level is this rank's part. Coarser meshes are empty but for the live solver and for blades.
     MeshHierarchy hierarchy;
     std::unique_ptr<DeformableBody> body;
     double partition_s = 0;  ///< time of METIS or PTScotch

@@ -185,16 +185,6 @@ void log_cut(const std::string& text, const TetMesh& after) {
                                      : fmt::format("the body is in {} pieces", pieces)));
 }
 
-[[noreturn]] void fail_of_tets(const Scene& scene) {
-    fail(
-        "track.tools: blade_mm: {} {} tetrahedra, expected hexahedra (mesh.cells: hexahedra, or "
-        "`livetet mesh --cells hexahedra`)",
-        scene.mesh.file.string(),
-        kind_of(scene.mesh.file) == MeshKind::image ? "is meshed with" : "has");
-}
-
-bool has_scene_blades(const Scene& scene) { return scene.track && has_blades(*scene.track); }
-
 /// Throws Error unless a piece is held and can deform.
 void check_something_is_left(const TetMesh& mesh, const std::vector<std::uint8_t>& held) {
     const auto pieces = mesh_pieces(mesh);
@@ -227,18 +217,11 @@ std::string pieces_text(const std::vector<MeshPiece>& pieces) {
     return text;
 }
 
-bool is_to_be_cut(const Scene& scene) { return !scene.cuts.empty() || has_scene_blades(scene); }
-
 void check_can_be_cut(const Scene& scene) {
-    if (!is_to_be_cut(scene)) return;
-    refuse_listed_nodes(scene);
-    const MeshKind kind = kind_of(scene.mesh.file);
-    if (!has_scene_blades(scene) || kind == MeshKind::hierarchy) return;
-    if (kind != MeshKind::image || scene.mesh.cells != MeshCells::hexahedra) fail_of_tets(scene);
-}
-
-void check_blades_have_hexahedra(const Scene& scene, const MeshHierarchy& hierarchy) {
-    if (has_scene_blades(scene) && hierarchy.levels.front().hexahedra.empty()) fail_of_tets(scene);
+    const bool has_blade = scene.track && has_blades(*scene.track);
+    if (has_blade || !scene.cuts.empty()) refuse_listed_nodes(scene);
+    if (has_blade && scene.elements == Elements::p2)
+        fail("elements = P2: found with a blade (track.tools: blade_mm), expected P1");
 }
 
 namespace {

@@ -10,15 +10,9 @@
 
 namespace livetet {
 
-/// Whether anything cuts the scene's mesh, now or while it is tracked.
-bool is_to_be_cut(const Scene& scene);
-
 /// Throws Error if a scene has cuts or blades that its mesh, which is not read yet, is known not to
-/// take: blades without hexahedra, or pieces that are left out while selections list nodes.
+/// take: blades with ten-node tets, or pieces that are left out while selections list nodes.
 void check_can_be_cut(const Scene& scene);
-
-/// Throws Error if the mesh of a scene with blades has no hexahedra.
-void check_blades_have_hexahedra(const Scene& scene, const MeshHierarchy& hierarchy);
 
 /// The scene's mesh with its cuts, all levels of tets alike, and without pieces that they free if
 /// the scene leaves those out. Logs how much was cut, and each piece that nothing holds. Throws

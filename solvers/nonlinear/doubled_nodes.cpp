@@ -15,8 +15,7 @@ void scale_by_node(std::vector<double>& values, std::span<const double> factors)
 
 }  // namespace
 
-void carry_state(DeformableBody& from, DeformableBody& to,
-                 std::span<const std::int32_t> originals) {
+void carry_state(DeformableBody& from, DeformableBody& to, const OpenedNodes& nodes) {
     BodySnapshot state = from.gather_state();
     if (state.nodal.size() > end_forces) {
         const std::span<const double> mass = from.node_mass();
@@ -24,11 +23,19 @@ void carry_state(DeformableBody& from, DeformableBody& to,
         for (const double m : mass) inverse.push_back(1 / m);
         scale_by_node(state.nodal[end_forces], inverse);
     }
-    for (std::vector<double>& values : state.nodal)
-        for (const std::int32_t n : originals)
-            for (int c = 0; c < 3; ++c)
-                values.push_back(double{values[3 * static_cast<std::size_t>(n) + c]});
-    state.node_count += originals.size();
+    for (std::vector<double>& values : state.nodal) {
+        std::vector<Eigen::Vector3d> vectors;
+        for (std::size_t i = 0; i < values.size(); i += 3)
+            vectors.emplace_back(values[i], values[i + 1], values[i + 2]);
+        carry_values(vectors, nodes);
+        values.clear();
+        for (const Eigen::Vector3d& v : vectors) values.insert(values.end(), {v[0], v[1], v[2]});
+    }
+    state.node_count += nodes.originals.size();
+    if (!state.pressure.empty()) {
+        carry_values(state.pressure, nodes);
+        state.corner_count += nodes.originals.size();
+    }
     if (state.nodal.size() > end_forces) scale_by_node(state.nodal[end_forces], to.node_mass());
     to.set_state(state);
 }

@@ -190,18 +190,22 @@ double SensorPatch::place(const TetMesh& mesh, std::span<const std::int32_t> sur
     return patch.distance;
 }
 
-void SensorPatch::add_copies(std::size_t first, std::span<const std::int32_t> originals) {
-    const auto add = [&](std::vector<std::int32_t>& nodes, const auto& added) {
-        for (std::size_t k = 0; k < originals.size(); ++k) {
-            // Copies are appended in order: the list stays sorted, and may hold the original.
-            const auto at = std::ranges::lower_bound(nodes, originals[k]);
-            if (at == nodes.end() || *at != originals[k]) continue;
-            added(static_cast<std::size_t>(at - nodes.begin()));
-            nodes.push_back(static_cast<std::int32_t>(first + k));
-        }
+void SensorPatch::follow_cut(std::size_t first, const OpenedNodes& opened) {
+    const auto place_of = [](const std::vector<std::int32_t>& nodes, std::int32_t n) {
+        const auto at = std::ranges::lower_bound(nodes, n);
+        return at == nodes.end() || *at != n ? -1 : at - nodes.begin();
     };
-    add(nodes_, [&](std::size_t of) { placed_.push_back(Placed(placed_[of])); });
-    add(wider_, [](std::size_t) {});
+    for (const MovedNode& m : opened.moved)
+        if (const auto at = place_of(nodes_, m.node); at >= 0) placed_[at].place += m.way;
+    // Copies are appended in order: the lists stay sorted, and may hold the original.
+    for (std::size_t k = 0; k < opened.originals.size(); ++k) {
+        const auto copy = static_cast<std::int32_t>(first + k);
+        if (const auto at = place_of(nodes_, opened.originals[k]); at >= 0) {
+            placed_.push_back(Placed(placed_[at]));
+            nodes_.push_back(copy);
+        }
+        if (place_of(wider_, opened.originals[k]) >= 0) wider_.push_back(copy);
+    }
 }
 
 void SensorPatch::find_wider(const SurfaceNeighbourhood& around, double area) {

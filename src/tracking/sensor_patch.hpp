@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "mesh/opened_nodes.hpp"
 #include "mesh/surface_patch.hpp"
 #include "mesh/surface_ring.hpp"
 #include "tracking/live_registration.hpp"
@@ -117,10 +118,10 @@ class SensorPatch {
     double place(const TetMesh& mesh, std::span<const std::int32_t> surface,
                  std::span<const Eigen::Vector3d> displacement, double farthest);
 
-    /// A cut doubled nodes of the mesh: copies of the patch's nodes join it and follow the sensor
-    /// alike. `first`: number of the first copy, after all other nodes; `originals`: of each copy.
-    /// The ring around the patch keeps its nodes.
-    void add_copies(std::size_t first, std::span<const std::int32_t> originals);
+    /// A cut changed nodes of the mesh: those of the patch that moved follow the sensor at their
+    /// new places, and copies of its nodes join it. `first`: number of the first copy, after all
+    /// other nodes. The ring around the patch keeps its nodes.
+    void follow_cut(std::size_t first, const OpenedNodes& opened);
 
     const std::vector<std::int32_t>& nodes() const { return nodes_; }
     /// Prescribed displacement of the k-th patch node, m.

@@ -310,16 +310,18 @@ TEST(Ranks, TheirMemoryIsForetoldWithoutMultigrid) {
     }
 }
 
-/// A tracked blade wants hexahedra, on any number of ranks.
+/// A tracked blade wants four-node tetrahedra or hexahedra, on any number of ranks.
 TEST(Ranks, ASceneWithABladeIsRefusedAsOnOne) {
     test::Tracked block;
     block.set_track("tools: [{tool: Scalpel, blade_mm: [0, -70, 0, 0, 70, 0]}]");
+    write_text(block.folder / "scene.yaml",
+               read_text_file(block.folder / "scene.yaml") + "elements: P2\n");
     const auto one = livetet(block.folder, "solve scene.yaml"),
                three = livetet(block.folder, "solve scene.yaml", mpirun(3));
     EXPECT_EQ(one.status, 2) << one.err;
     EXPECT_EQ(three.status, 2) << three.err;
     const std::string line = one.err.substr(0, one.err.find('\n'));
-    EXPECT_NE(line.find("expected hexahedra"), std::string::npos) << line;
+    EXPECT_NE(line.find("expected P1"), std::string::npos) << line;
     EXPECT_NE(three.err.find(line), std::string::npos) << line << "\n" << three.err;
 }
 

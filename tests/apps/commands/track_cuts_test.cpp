@@ -14,6 +14,7 @@
 #include "io/tip_file.hpp"
 #include "mesh/hex_grid.hpp"
 #include "support/hex_grids.hpp"
+#include "support/shapes.hpp"
 #include "tracking/poses.hpp"
 
 namespace livetet {
@@ -88,6 +89,53 @@ std::map<std::string, std::vector<Vector3>> probe_displacements(const std::strin
     return of_probe;
 }
 
+/// The widest gap between a node that was added and others at its place at rest, m.
+double widest_gap(const ResultReader& result, std::size_t frame) {
+    const TetMesh& mesh = result.mesh();
+    const auto u = result.displacement(frame);
+    double widest = 0;
+    for (std::size_t n = loaded_nodes; n < u.size(); ++n)
+        for (std::size_t m = 0; m < loaded_nodes; ++m)
+            if (mesh.nodes[m] == mesh.nodes[n]) widest = std::max(widest, (u[n] - u[m]).norm());
+    return widest;
+}
+
+std::size_t deepest_frame(const ResultReader& result) {
+    std::size_t deepest = 0;
+    for (std::size_t k = 0; k < result.frame_count(); ++k)
+        if (result.values("press_mm", k, 1)[0] > result.values("press_mm", deepest, 1)[0])
+            deepest = k;
+    return deepest;
+}
+
+/// Before the cut and at rest its sides lie on each other; pressed, they part, and a probe on
+/// either side goes with its side.
+void expect_parted(const CutWhileTracked& t, const ResultReader& result) {
+    EXPECT_EQ(widest_gap(result, 5), 0);
+    EXPECT_GT(widest_gap(result, deepest_frame(result)), 3e-4);
+    EXPECT_EQ(largest(result.displacement(5)), 0);
+    const auto moved = probe_displacements(read_text_file(t.folder / "moved.csv"));
+    ASSERT_EQ(moved.at("before").size(), result.frame_count());
+    ASSERT_EQ(moved.at("behind").size(), result.frame_count());
+    double most_apart = 0;
+    for (std::size_t k = 0; k < result.frame_count(); ++k)
+        most_apart = std::max(most_apart, (moved.at("before")[k] - moved.at("behind")[k]).norm());
+    EXPECT_GT(most_apart, 0.2) << "mm";
+}
+
+void expect_warped_and_replayed(const CutWhileTracked& t, const ResultReader& result) {
+    const auto warp = livetet(t.folder, fmt::format("warp result.h5 --frame {} -o warped.nii.gz "
+                                                    "--empty -1",
+                                                    deepest_frame(result) + 1));
+    EXPECT_EQ(warp.status, 0) << warp.err;
+    EXPECT_EQ(livetet(t.folder, "report result.h5").status, 0);
+    const auto replay = livetet(t.folder, "track --replay result.h5");
+    EXPECT_EQ(replay.status, 0) << replay.out;
+    EXPECT_NE(replay.out.find(fmt::format("{0} of {0} frames are the same", result.frame_count())),
+              std::string::npos)
+        << replay.out;
+}
+
 TEST(TrackCuts, ACutIsRecordedReportedWarpedAndReplayed) {
     const CutWhileTracked t;
     write_sequence(t.folder / "press.igs.mha", t.recording);
@@ -104,48 +152,42 @@ TEST(TrackCuts, ACutIsRecordedReportedWarpedAndReplayed) {
         EXPECT_NEAR(mesh.nodes[n].x(), 0.06, 1e-9);
         EXPECT_GT(mesh.nodes[n].z(), 0.039);
     }
-    // Before the cut and at rest its sides lie on each other; pressed, they part.
-    const auto apart = [&](std::size_t k) {
-        const auto u = result.displacement(k);
-        double widest = 0;
-        for (std::size_t n = loaded_nodes; n < u.size(); ++n)
-            for (std::size_t m = 0; m < loaded_nodes; ++m)
-                if (mesh.nodes[m] == mesh.nodes[n]) widest = std::max(widest, (u[n] - u[m]).norm());
-        return widest;
-    };
-    std::size_t deepest = 0;
-    for (std::size_t k = 0; k < result.frame_count(); ++k)
-        if (result.values("press_mm", k, 1)[0] > result.values("press_mm", deepest, 1)[0])
-            deepest = k;
-    EXPECT_EQ(apart(5), 0);
-    EXPECT_GT(apart(deepest), 3e-4);
-    EXPECT_EQ(largest(result.displacement(5)), 0);
-
-    // What is said of it.
+    expect_parted(t, result);
     const auto report = nlohmann::json::parse(read_text_file(t.folder / "report.json"));
     EXPECT_EQ(report["cuts"]["nodes_added"], 77);
     EXPECT_EQ(report["cuts"]["pieces"], 1);
     EXPECT_GE(report["cuts"]["openings"].get<int>(), 2);
     EXPECT_EQ(report["cuts"]["parted"], 10 * 7);
     EXPECT_NE(report["verdicts"].dump().find("doubled 77 nodes"), std::string::npos);
-    // A probe on either side goes with its side.
-    const auto moved = probe_displacements(read_text_file(t.folder / "moved.csv"));
-    ASSERT_EQ(moved.at("before").size(), result.frame_count());
-    ASSERT_EQ(moved.at("behind").size(), result.frame_count());
-    double most_apart = 0;
-    for (std::size_t k = 0; k < result.frame_count(); ++k)
-        most_apart = std::max(most_apart, (moved.at("before")[k] - moved.at("behind")[k]).norm());
-    EXPECT_GT(most_apart, 0.2) << "mm";
-    const auto warp =
-        livetet(t.folder,
-                fmt::format("warp result.h5 --frame {} -o warped.nii.gz --empty -1", deepest + 1));
-    EXPECT_EQ(warp.status, 0) << warp.err;
-    EXPECT_EQ(livetet(t.folder, "report result.h5").status, 0);
-    const auto replay = livetet(t.folder, "track --replay result.h5");
-    EXPECT_EQ(replay.status, 0) << replay.out;
-    EXPECT_NE(replay.out.find(fmt::format("{0} of {0} frames are the same", result.frame_count())),
-              std::string::npos)
-        << replay.out;
+    expect_warped_and_replayed(t, result);
+}
+
+/// The same of tetrahedra on two levels, whose nodes move onto the cut.
+TEST(TrackCuts, ACutOfTetrahedraIsRecordedReportedWarpedAndReplayed) {
+    const CutWhileTracked t;
+    const Vector3 size(0.2, 0.1, 0.1);
+    write_hierarchy(
+        t.folder / "block.h5",
+        make_hierarchy({test::block({20, 10, 10}, size), test::block({10, 5, 5}, size)}, "tets"));
+    write_text(t.folder / "probes.csv", "name,x_mm,y_mm,z_mm\nbefore,60,50,99\nbehind,68,50,99\n");
+    write_sequence(t.folder / "press.igs.mha", t.recording);
+    const auto outcome = livetet(t.folder, "track scene.yaml --every-sample --json report.json");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const ResultReader result(t.folder / "result.h5");
+    ASSERT_EQ(result.frame_count(), t.recording.samples.size());
+    ASSERT_EQ(result.first_mesh().nodes.size(), loaded_nodes);
+    const TetMesh& mesh = result.mesh();
+    check_tet_mesh(mesh, "cut");
+    ASSERT_GT(mesh.nodes.size(), loaded_nodes + 60);
+    for (std::size_t n = loaded_nodes; n < mesh.nodes.size(); ++n) {
+        EXPECT_NEAR(mesh.nodes[n].x(), 0.064, 0.01);
+        EXPECT_GT(mesh.nodes[n].z(), 0.025);
+    }
+    expect_parted(t, result);
+    const auto report = nlohmann::json::parse(read_text_file(t.folder / "report.json"));
+    EXPECT_EQ(report["cuts"]["nodes_added"], mesh.nodes.size() - loaded_nodes);
+    EXPECT_EQ(report["cuts"]["pieces"], 1);
+    expect_warped_and_replayed(t, result);
 }
 
 /// Bad blades, one line each; nothing is written.
@@ -171,9 +213,7 @@ TEST(TrackCuts, BladesThatCannotCutAreRefused) {
     refused("cut_interval_s: -1", {"track.cut_interval_s = -1", "from 0 to 60"});
     refused(scalpel, {"free_pieces: leave_out with blade_mm", "expected keep"},
             "free_pieces: leave_out\n");
-    write_hierarchy(t.folder / "block.h5",
-                    make_hierarchy({test::block({12, 6, 6}, {0.2, 0.1, 0.1})}, "tets"));
-    refused(scalpel, {"track.tools: blade_mm", "block.h5 has tetrahedra", "expected hexahedra"});
+    refused(scalpel, {"elements = P2", "blade_mm", "expected P1"}, "elements: P2\n");
 }
 
 }  // namespace

@@ -14,16 +14,17 @@ namespace {
 struct BladedGrid {
     TetMesh mesh = test::hex_grid({4, 4, 4}, {0.04, 0.04, 0.04});
     std::vector<Vector3> still = std::vector<Vector3>(mesh.nodes.size(), Vector3::Zero());
-    BladeCuts cuts{mesh, 0.5};
+    BladeCuts cuts{{mesh}, 0.5};
     double time_s = 0;
 
+    TetMesh opened() { return cuts.open({mesh}).levels.front(); }
     /// Leads an edge from its place by `way`, in steps of 0.04 s.
     void sweep(const BladeEdge& edge, const Vector3& way, int frames = 10) {
         cuts.change_blades();
         for (int k = 0; k <= frames; ++k) {
             const Vector3 moved = static_cast<double>(k) / frames * way;
             const std::optional<BladeEdge> edges[] = {BladeEdge{edge[0] + moved, edge[1] + moved}};
-            cuts.follow(time_s += 0.04, edges, mesh.hexahedra, still);
+            cuts.follow(time_s += 0.04, edges, mesh, still);
         }
     }
 };
@@ -41,8 +42,8 @@ TEST(BladeCuts, WhatIsCutIsDueAnIntervalAfterItsFirstLink) {
     EXPECT_FALSE(grid.cuts.is_due(first_s + 0.49)) << "later links do not put it off";
     EXPECT_TRUE(grid.cuts.is_due(first_s + 0.51));
     EXPECT_EQ(grid.cuts.parted(), 0U);
-    const OpenedGrid opened = grid.cuts.open(grid.mesh);
-    EXPECT_EQ(opened.originals.size(), 5U * 2);
+    const OpenedLevels opened = grid.cuts.open({grid.mesh});
+    EXPECT_EQ(opened.nodes.originals.size(), 5U * 2);
     grid.cuts.keep();
     EXPECT_EQ(grid.cuts.parted(), 2U * 4);
     EXPECT_FALSE(grid.cuts.is_due(first_s + 100));
@@ -51,15 +52,15 @@ TEST(BladeCuts, WhatIsCutIsDueAnIntervalAfterItsFirstLink) {
 TEST(BladeCuts, WhatIsUndoneIsNotCut) {
     BladedGrid grid;
     grid.sweep({Vector3(0.021, -0.01, 0.046), Vector3(0.021, 0.05, 0.046)}, {0, 0, -0.02});
-    grid.mesh = grid.cuts.open(grid.mesh).mesh;
+    grid.mesh = grid.opened();
     grid.cuts.keep();
     grid.still.assign(grid.mesh.nodes.size(), Vector3::Zero());
     grid.sweep({Vector3(0.021, -0.01, 0.026), Vector3(0.021, 0.05, 0.026)}, {0, 0, -0.04});
-    EXPECT_EQ(mesh_pieces(grid.cuts.open(grid.mesh).mesh).size(), 2U);
+    EXPECT_EQ(mesh_pieces(grid.opened()).size(), 2U);
     grid.cuts.undo();
     EXPECT_FALSE(grid.cuts.is_due(100));
-    EXPECT_TRUE(grid.cuts.open(grid.mesh).originals.empty());
-    EXPECT_EQ(mesh_pieces(grid.cuts.open(grid.mesh).mesh).size(), 1U);
+    EXPECT_TRUE(grid.cuts.open({grid.mesh}).nodes.originals.empty());
+    EXPECT_EQ(mesh_pieces(grid.opened()).size(), 1U);
 }
 
 /// All around the cell at the corner of the top: it stays with a neighbour. A piece of two cells
@@ -73,7 +74,7 @@ TEST(BladeCuts, ASingleCellIsNotCutOff) {
                    {0, 0, -0.009});
         grid.sweep({Vector3(-0.002, 0.002, 0.031), Vector3(-0.002, 0.008, 0.031)},
                    {width + 0.001, 0, 0});
-        const TetMesh opened = grid.cuts.open(grid.mesh).mesh;
+        const TetMesh opened = grid.opened();
         EXPECT_EQ(mesh_pieces(opened).size(), two_cells ? 2U : 1U);
         EXPECT_GT(opened.nodes.size(), grid.mesh.nodes.size()) << "the cut around it is made";
     }

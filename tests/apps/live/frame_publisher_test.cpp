@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "io/meshes.hpp"
+#include "mesh/hex_cut.hpp"
 #include "support/hex_grids.hpp"
 
 namespace livetet {

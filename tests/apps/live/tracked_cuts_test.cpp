@@ -1,4 +1,4 @@
-// Blades that cut a grid while it is tracked, against bodies made with the cut in them.
+// Blades that cut a grid or tets while they are tracked, against bodies made with the cut in them.
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,9 @@
 #include "base/error.hpp"
 #include "mesh/hex_cut.hpp"
 #include "mesh/mesh_pieces.hpp"
+#include "mesh/quadratic.hpp"
 #include "support/hex_grids.hpp"
+#include "support/shapes.hpp"
 #include "tracking/poses.hpp"
 
 namespace livetet {
@@ -46,6 +48,12 @@ struct BladeBlock {
         ToolOptions& scalpel = scene.track->tools.emplace_back();
         scalpel.tool = "Scalpel";
         scalpel.blade_mm = {0, -40, 0, 0, 40, 0};
+    }
+    /// The same block in two levels of tets.
+    void use_tets() {
+        const Vector3 size(12 * cell_edge, 6 * cell_edge, 6 * cell_edge);
+        hierarchy =
+            make_hierarchy({test::block({12, 6, 6}, size), test::block({6, 3, 3}, size)}, "tets");
     }
     static Vector3 sensor_place() { return {0.0932, 0.0321, 0.06}; }
     const TetMesh& mesh() const { return hierarchy.levels.front(); }
@@ -86,6 +94,11 @@ class BladeRun {
         for (const Hexahedron& cell : mesh().hexahedra)
             for (const std::int32_t n : cell) u.push_back(frame_->displacement[n]);
         return u;
+    }
+
+    /// u at places at rest, m.
+    std::vector<Vector3> at(const std::vector<Vector3>& places) const {
+        return PointSampler(mesh(), places).sample(frame_->displacement);
     }
 
   private:
@@ -138,6 +151,40 @@ TEST(TrackedCuts, ABodyComesToRestAsOneMadeWithTheCut) {
     EXPECT_GT(live.frame().press, 0.005) << "else the sensor is not followed";
     EXPECT_LT(farthest_apart(live.at_corners(), expected.at_corners()), 1e-6);
     EXPECT_GT(farthest_apart(live.at_corners(), uncut.at_corners()), 1e-3) << "the cut opens";
+}
+
+/// The same for tets, which a cut of the scene splits where a blade's moves nodes: they differ by
+/// less than what the cut does.
+void expect_tets_as_made_with_the_cut(double poisson) {
+    const Vector3 pull(0.006, 0, 0.001);
+    BladeBlock block, made;
+    for (BladeBlock* b : {&block, &made}) {
+        b->use_tets();
+        b->scene.materials[0].poisson = poisson;
+    }
+    cut_in_scene(made, 0.022);
+    BladeRun live(block), expected(made), uncut(block);
+    for (BladeRun* run : {&live, &expected, &uncut}) run->rest(30);
+    live.cut(above, down_to(0.022));
+    for (BladeRun* run : {&live, &expected, &uncut}) run->rest(140, pull);
+    ASSERT_NE(live.frame().cut, nullptr);
+    EXPECT_EQ(live.frame().cut->pieces, 1U);
+    EXPECT_EQ(live.frame().displacement.size(), live.mesh().nodes.size());
+    EXPECT_GT(live.frame().press, 0.005) << "else the sensor is not followed";
+    std::vector<Vector3> places;
+    for (const double x : {0.01, 0.035, 0.057, 0.08, 0.11})
+        for (const double y : {0.01, 0.03, 0.05})
+            for (const double z : {0.02, 0.04, 0.059}) places.emplace_back(x, y, z);
+    const double apart = farthest_apart(live.at(places), expected.at(places));
+    EXPECT_LT(apart, 0.06 * pull.norm());  // 0.7 % in cells of a third
+    EXPECT_GT(farthest_apart(live.at(places), uncut.at(places)), 5 * apart) << "the cut opens";
+}
+
+TEST(TrackedCuts, ABodyOfTetsComesToRestAsOneMadeWithTheCut) {
+    for (const double poisson : {0.4, 0.499}) {  // by displacements, and with pressures
+        SCOPED_TRACE(poisson);
+        expect_tets_as_made_with_the_cut(poisson);
+    }
 }
 
 /// Nodes are appended, and say whose copies they are; before a press the copies lie on them.
@@ -328,10 +375,11 @@ TEST(TrackedCuts, NothingIsCutWhereTheBladeOrTheReferenceWasNotSeen) {
 }
 
 /// Samples decide, and no clock: the same samples give the same bits, on any number of threads.
-TEST(TrackedCuts, TheSameSamplesGiveTheSameBits) {
+void expect_the_same_bits(bool are_tets) {
     std::vector<std::vector<Vector3>> runs;
     for (const int threads : {1, 1, 2}) {
         BladeBlock block;
+        if (are_tets) block.use_tets();
         block.scene.solver.threads = threads;
         block.scene.time.scheme = TimeScheme::newmark;
         BladeRun run(block);
@@ -345,6 +393,10 @@ TEST(TrackedCuts, TheSameSamplesGiveTheSameBits) {
     }
     EXPECT_EQ(runs[0], runs[1]);
     EXPECT_EQ(runs[0], runs[2]);
+}
+
+TEST(TrackedCuts, TheSameSamplesGiveTheSameBits) {
+    for (const bool are_tets : {false, true}) expect_the_same_bits(are_tets);
 }
 
 /// The stated errors are those of a body with the cut, once its responses are known again.
@@ -431,13 +483,14 @@ TEST(TrackedCuts, AChangedSceneIsAppliedToTheCutBody) {
 }
 
 /// Cuts and presses at random: finite, at rest where it is held, and each free piece is told of.
-TEST(TrackedCuts, RandomCutsAndPressesKeepTheBodyFinite) {
+void cut_and_press_at_random(bool are_tets) {
     for (const TimeScheme scheme : {TimeScheme::static_equilibrium, TimeScheme::newmark}) {
         BladeBlock block;
+        if (are_tets) block.use_tets();
         block.scene.time.scheme = scheme;
         block.scene.time.rayleigh_alpha = 10;
         block.scene.solver.relative_tolerance = 1e-2;
-        block.scene.track->tools[0].blade_mm = {0, -15, 0, 0, 15, 0};
+        block.scene.track->tools[0].blade_mm = {0, -30, 0, 0, 30, 0};
         BladeRun run(block);
         run.rest(30);
         std::mt19937 random(17);
@@ -470,6 +523,7 @@ TEST(TrackedCuts, RandomCutsAndPressesKeepTheBodyFinite) {
         }
         ASSERT_NE(run.frame().cut, nullptr);
         EXPECT_GE(told, free_at_most);
+        EXPECT_GT(free_at_most, 0U) << "pieces are cut off";
         EXPECT_GT(run.frame().cut->openings, 10U);
         check_tet_mesh(run.mesh(), "cut at random");
         EXPECT_EQ(mesh_pieces(run.mesh()).size(), run.frame().cut->pieces);
@@ -479,6 +533,9 @@ TEST(TrackedCuts, RandomCutsAndPressesKeepTheBodyFinite) {
             }
     }
 }
+
+TEST(TrackedCuts, RandomCutsAndPressesKeepTheBodyFinite) { cut_and_press_at_random(false); }
+TEST(TrackedCuts, RandomCutsAndPressesKeepABodyOfTetsFinite) { cut_and_press_at_random(true); }
 
 }  // namespace
 }  // namespace livetet

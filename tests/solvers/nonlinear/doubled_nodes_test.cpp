@@ -59,7 +59,7 @@ TEST(DoubledNodes, ABodyThatIsCutInFreeFallFallsOn) {
         ASSERT_EQ(cut.originals.size(), 16U);
         whole.fall(5);
         going_on.fall(5);
-        carry_state(*whole.body, *cut.body, cut.originals);
+        carry_state(*whole.body, *cut.body, {{}, cut.originals});
         const auto u = whole.body->displacement(), v = whole.body->velocity();
         const auto u_cut = cut.body->displacement(), v_cut = cut.body->velocity();
         ASSERT_EQ(u_cut.size(), u.size() + 16);
@@ -82,7 +82,7 @@ TEST(DoubledNodes, ABodyOfAnotherMeshOrSchemeIsRefused) {
     CutBox whole(TimeScheme::newmark, -1), cut(TimeScheme::newmark, 0.03),
         other(TimeScheme::generalized_alpha, 0.03);
     EXPECT_THROW(carry_state(*whole.body, *cut.body, {}), Error);
-    EXPECT_THROW(carry_state(*whole.body, *other.body, cut.originals), Error);
+    EXPECT_THROW(carry_state(*whole.body, *other.body, {{}, cut.originals}), Error);
 }
 
 }  // namespace
