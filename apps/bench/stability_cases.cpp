@@ -11,6 +11,7 @@
 #include "apps/verification/meshes.hpp"
 #include "base/error.hpp"
 #include "geometry/transform.hpp"
+#include "mesh/cut_hierarchy.hpp"
 #include "mesh/hex_cut.hpp"
 #include "meshing/quality.hpp"
 
@@ -144,6 +145,18 @@ std::vector<StabilityCase> stability_cases() {
     return cases;
 }
 
+namespace {
+
+PlanePatch cut_of(const StabilityCase& c) {
+    PlanePatch patch{extent / 2, Vector3::UnitX()};
+    patch.point.z() = 0;
+    patch.edges = {2 * extent.y() * Vector3::UnitY(),
+                   2 * c.cut_share * extent.z() * Vector3::UnitZ()};
+    return patch;
+}
+
+}  // namespace
+
 MeshHierarchy stability_mesh(const StabilityCase& c, int cells) {
     std::vector<TetMesh> levels;
     for (const int n : {cells, std::max(1, cells / 2)}) {
@@ -166,7 +179,9 @@ MeshHierarchy stability_mesh(const StabilityCase& c, int cells) {
         check_tet_mesh(mesh, "stability");
         levels.push_back(std::move(mesh));
     }
-    return make_hierarchy(std::move(levels), "stability");
+    if (c.cut_share == 0) return make_hierarchy(std::move(levels), "stability");
+    cut_levels(levels, cut_of(c), "stability");
+    return with_cut_transfers(std::move(levels), "stability");
 }
 
 MeshHierarchy stability_grid(const StabilityCase& c, int cells) {
@@ -196,14 +211,9 @@ MeshHierarchy stability_grid(const StabilityCase& c, int cells) {
     for (const HexPlace& place : level.places)
         mesh.regions.insert(mesh.regions.end(), tets_per_hexahedron,
                             2 * place[2] + 1 < cells ? 1 : 2);
-    if (c.cut_share > 0) {
-        PlanePatch patch{extent / 2, Vector3::UnitX()};
-        patch.point.z() = 0;
-        patch.edges = {2 * extent.y() * Vector3::UnitY(),
-                       2 * c.cut_share * extent.z() * Vector3::UnitZ()};
+    if (c.cut_share > 0)
         mesh = without_links(mesh, level,
-                             crossed_links(level, grid_frame(mesh, level), patch, "stability"));
-    }
+                             crossed_links(level, grid_frame(mesh, level), cut_of(c), "stability"));
     return make_hierarchy({std::move(mesh)}, "stability");
 }
 

@@ -41,8 +41,8 @@ struct StabilityCase {
 
 std::vector<StabilityCase> stability_cases();
 
-/// The case's box on two levels, `cells` along its height on the finer one. Throws Error where the
-/// tets cannot be made as flat as asked.
+/// The case's box on two levels, `cells` along its height on the finer one, with its cut. Throws
+/// Error where the tets cannot be made as flat as asked.
 MeshHierarchy stability_mesh(const StabilityCase& c, int cells);
 
 /// The case's box as a grid of hexahedra, `cells` along its height, with its cut. The case is not

@@ -256,7 +256,7 @@ StabilityCell run_stability(const StabilityCase& c, const StabilityColumn& colum
     StabilityCell cell;
     const bool takes_long = c.is_fine && (column.way != SteppedAs::solve ||
                                           column.scheme != TimeScheme::static_equilibrium);
-    const bool cannot_be = is_of_hexahedra(column.way) ? c.is_of_tets() : c.cut_share > 0;
+    const bool cannot_be = is_of_hexahedra(column.way) && c.is_of_tets();
     if (takes_long || cannot_be) {
         cell.verdict = Verdict::left_out;
         return cell;

@@ -70,7 +70,7 @@ struct StabilityLimits {
 /// Runs a case on its mesh, of tets or hexahedra as the column is, and judges it. In order, and by
 /// the first that does not hold:
 /// - left out: the column would take hours (StabilityCase::is_fine), or its mesh cannot be what the
-///   case is about: tets have no cuts, and hexahedra are all alike;
+///   case is about: hexahedra are all alike;
 /// - refused: the scene is refused as `solve` or `track` would;
 /// - finite: no step is given up, no node is farther than 1.5 m from its place at rest;
 /// - solved (`solve`): every step meets its tolerance, in parts where `solve` takes it in parts,
