@@ -38,7 +38,7 @@ const std::array<PlaceValues, places_in_parent>& place_values() {
     return values;
 }
 
-/// Change of s or m beyond which the coarsest inverse is made anew.
+/// Change of s or m beyond which the coarsest factor is made anew.
 bool has_changed(double now, double before) { return std::abs(now - before) > 0.05 * before; }
 
 }  // namespace
@@ -135,7 +135,7 @@ RenewalExtent GridCycle::update(const ElementRotations& at, double s, double m, 
         if (level != levels_.back()) level->smoother.find_bound();
     }
     if (is_new_ || has_changed(s, s_) || has_changed(m, m_)) {
-        invert_coarsest();
+        factor_coarsest();
         is_new_ = false;
         s_ = s;
         m_ = m;
@@ -143,7 +143,7 @@ RenewalExtent GridCycle::update(const ElementRotations& at, double s, double m, 
     return RenewalExtent::whole;
 }
 
-void GridCycle::invert_coarsest() {
+void GridCycle::factor_coarsest() {
     Level& level = *levels_.back();
     const auto n = static_cast<Eigen::Index>(level.A.components());
     Eigen::MatrixXf matrix(n, n);
@@ -161,10 +161,7 @@ void GridCycle::invert_coarsest() {
     for (Eigen::Index i = 0; i < n; ++i)
         if (!(matrix(i, i) > 0)) matrix(i, i) = largest;
     matrix.diagonal() *= 1 + 1e-6F;  // what rounding may have taken from the lowest eigenvalue
-    inverse_.setIdentity(n, n);
-    matrix.llt().solveInPlace(inverse_);
-    for (Eigen::Index i = 0; i < n; ++i)
-        if (free[i] == 0) inverse_(i, i) = 0;
+    factor_.compute(matrix);
 }
 
 void GridCycle::restrict_residual(std::size_t l) {
@@ -196,11 +193,11 @@ void GridCycle::add_correction(std::size_t l) {
 void GridCycle::descend(std::size_t l) {
     Level& level = *levels_[l];
     if (l + 1 == levels_.size()) {
-        const Eigen::Map<const Eigen::VectorXf> b(level.smoother.b().data(), inverse_.rows());
-        float* x = level.smoother.x().data();
-        level.A.over_components([&](std::size_t i) {  // symmetric: rows are columns
-            x[i] = inverse_.col(static_cast<Eigen::Index>(i)).dot(b);
-        });
+        const Eigen::Index n = factor_.rows();
+        Eigen::Map<Eigen::VectorXf> x(level.smoother.x().data(), n);
+        x = Eigen::Map<const Eigen::VectorXf>(level.smoother.b().data(), n);
+        factor_.solveInPlace(x);
+        x.array() *= Eigen::Map<const Eigen::ArrayXf>(level.A.free().data(), n);
         return;
     }
     level.smoother.smooth(true);
@@ -234,7 +231,7 @@ double GridCycle::bytes_of_cycle() const {
     double bytes = 0;
     for (const auto& level : levels_)
         if (level != levels_.back()) bytes += 2 * smoothing_steps_ * level->A.bytes_of_multiply();
-    return bytes + 4.0 * static_cast<double>(inverse_.size());
+    return bytes + 4.0 * static_cast<double>(factor_.rows() * factor_.cols());
 }
 
 }  // namespace livetet

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 
 #include <memory>
@@ -16,13 +17,13 @@ namespace livetet {
 /// The cycle of a grid of hexahedra and its nested coarser levels. No level has a matrix. Each is
 /// re-discretised: Hooke's law of its cells by their shares, turned by one rotation a cell that is
 /// taken from the displacement, carried down as means. Smoothing on the diagonal; trilinear
-/// transfers; the coarsest level by its dense inverse, made anew when constraints, springs or
-/// coefficients change.
+/// transfers; the coarsest level by its dense Cholesky factor, made anew when constraints, springs
+/// or coefficients change.
 class GridCycle final : public LiveCycle {
   public:
     /// The coarsest level has no more cells, unless coarsening brings no fewer ...
-    static constexpr std::size_t cells_to_invert = 150;
-    /// ... and no more nodes: its inverse is dense.
+    static constexpr std::size_t cells_to_factor = 150;
+    /// ... and no more nodes: its factor is dense.
     static constexpr std::size_t max_coarsest_nodes = 2000;
 
     /// `levels` (hexahedra in single precision), finest first, and the team must outlive this;
@@ -45,7 +46,7 @@ class GridCycle final : public LiveCycle {
     struct Level;
     /// The rotations of the finest level's cells, once those of all levels are found.
     const ElementRotations& find_rotations(const ElementRotations& finest);
-    void invert_coarsest();
+    void factor_coarsest();
     void descend(std::size_t level);
     void restrict_residual(std::size_t level);
     void add_correction(std::size_t level);
@@ -53,9 +54,9 @@ class GridCycle final : public LiveCycle {
     ThreadTeam& team_;
     int smoothing_steps_;
     std::vector<std::unique_ptr<Level>> levels_;
-    Eigen::MatrixXf inverse_;  ///< of the coarsest operator
-    double s_ = 0, m_ = 0;     ///< of that
-    bool is_new_ = true;       ///< constraints or springs are: the inverse must be made
+    Eigen::LLT<Eigen::MatrixXf> factor_;  ///< of the coarsest operator
+    double s_ = 0, m_ = 0;                ///< of that
+    bool is_new_ = true;                  ///< constraints or springs are: the factor must be made
 };
 
 }  // namespace livetet

@@ -29,7 +29,7 @@ const MeshHierarchy& checked(const DistributedHierarchy& mesh, const ElasticMode
 GridHierarchy grid_of(const MeshHierarchy& hierarchy) {
     const TetMesh& mesh = hierarchy.levels.front();
     return mesh.hexahedra.empty() ? GridHierarchy{}
-                                  : grid_hierarchy(mesh, GridCycle::cells_to_invert);
+                                  : grid_hierarchy(mesh, GridCycle::cells_to_factor);
 }
 
 }  // namespace

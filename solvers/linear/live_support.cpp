@@ -17,7 +17,7 @@ std::string why_no_live_grid(const ElasticModel& model, const TetMesh& grid) {
             "found the mixed form on hexahedra ({}), expected the displacement form (formulation: "
             "displacement)",
             chosen.reason);
-    const std::vector<HexLevel> levels = hex_levels(grid, GridCycle::cells_to_invert);
+    const std::vector<HexLevel> levels = hex_levels(grid, GridCycle::cells_to_factor);
     if (levels.back().nodes > static_cast<std::int32_t>(GridCycle::max_coarsest_nodes))
         return fmt::format(
             "found {} nodes in the coarsest level of a grid of {} hexahedra, expected at most {}: "

@@ -202,13 +202,13 @@ void SinglePrecisionMultigrid::restrict_displacements(const ElementRotations& fi
 RenewalExtent SinglePrecisionMultigrid::update(const ElementRotations& finest, double s, double m,
                                                RenewalExtent wanted) {
     restrict_displacements(finest);
-    const bool invert = fresh_ || std::abs(s - s_) > 0.05 * s_ || std::abs(m - m_) > 0.05 * m_;
-    const RenewalExtent renewed = invert ? RenewalExtent::whole : wanted;
+    const bool is_new = fresh_ || std::abs(s - s_) > 0.05 * s_ || std::abs(m - m_) > 0.05 * m_;
+    const RenewalExtent renewed = is_new ? RenewalExtent::whole : wanted;
     half_ = renewed == RenewalExtent::whole ? Renewal::whole
             : half_ == Renewal::first_half  ? Renewal::second_half
                                             : Renewal::first_half;
     for (auto& level : levels_) {
-        if (level == levels_.back() && !invert) break;
+        if (level == levels_.back() && !is_new) break;
         const bool is_finest = level == levels_.front();
         if (!is_finest) level->level.update_single_rotations(level->rotations);
         const auto& rotations = is_finest ? finest.single : level->rotations.single;
@@ -219,8 +219,8 @@ RenewalExtent SinglePrecisionMultigrid::update(const ElementRotations& finest, d
         level->assemble(rotations, m / s, s, is_finest ? half_ : Renewal::whole);
     }
     s_now_ = s;
-    if (invert) {
-        invert_coarsest();
+    if (is_new) {
+        factor_coarsest();
         fresh_ = false;
         s_ = s;
         m_ = m;
@@ -250,7 +250,7 @@ void SinglePrecisionMultigrid::find_bounds(Level& level) {
     }
 }
 
-void SinglePrecisionMultigrid::invert_coarsest() {
+void SinglePrecisionMultigrid::factor_coarsest() {
     Level& level = *levels_.back();
     dense_.setZero();
     const auto put = [&](std::size_t i, std::size_t j, const Eigen::Matrix3f& block) {
@@ -271,20 +271,15 @@ void SinglePrecisionMultigrid::invert_coarsest() {
     for (Eigen::Index i = 0; i < dense_.rows(); ++i)
         if (level.inverse_scale[i] == 0) dense_(i, i) = largest;
     factor_.compute(dense_);
-    dense_.setIdentity();
-    factor_.solveInPlace(dense_);
 }
 
 void SinglePrecisionMultigrid::descend(std::size_t l) {
     Level& level = *levels_[l];
     if (l + 1 == levels_.size()) {
         const auto n = static_cast<Eigen::Index>(3 * level.nodes());
-        const Eigen::Map<const Eigen::VectorXf> b(level.b.data(), n);
-        level.over_rows([&](std::size_t begin, std::size_t end) {  // symmetric: rows are columns
-            for (auto i = static_cast<Eigen::Index>(3 * begin);
-                 i < static_cast<Eigen::Index>(3 * end); ++i)
-                level.x[i] = dense_.col(i).dot(b);
-        });
+        Eigen::Map<Eigen::VectorXf> x(level.x.data(), n);
+        x = Eigen::Map<const Eigen::VectorXf>(level.b.data(), n);
+        factor_.solveInPlace(x);
         return;
     }
     level.smooth(smoothing_steps_, true);

@@ -16,11 +16,11 @@ namespace livetet {
 
 /// The cycle of tets of four nodes, over the levels of a hierarchy, each re-discretised with its
 /// own rotations; of Hooke's law. Its finest operator can be the frame's too. Chebyshev smoothing
-/// on 3x3 block Jacobi; the coarsest level by its dense inverse, made anew when constraints,
-/// springs or coefficients change.
+/// on 3x3 block Jacobi; the coarsest level by its dense Cholesky factor, made anew when
+/// constraints, springs or coefficients change.
 class SinglePrecisionMultigrid final : public LiveCycle {
   public:
-    /// The coarsest level's inverse is dense: 150 MB at so many nodes.
+    /// The coarsest level's factor is dense: 150 MB at so many nodes.
     static constexpr std::size_t max_coarsest_nodes = 2000;
     /// Largest ratio of Young's moduli. At 1e6 the stiffness of the soft part is lost in round-off,
     /// and bodies run away (`livetet bench stability`).
@@ -55,14 +55,14 @@ class SinglePrecisionMultigrid final : public LiveCycle {
     struct Level;
     void restrict_displacements(const ElementRotations& finest);
     void find_bounds(Level& level);
-    void invert_coarsest();
+    void factor_coarsest();
     void descend(std::size_t l);
 
     ThreadTeam& team_;
     std::vector<std::unique_ptr<Level>> levels_;
     std::vector<const BarycentricMap*> maps_;
     int smoothing_steps_;
-    Eigen::MatrixXf dense_;  ///< the coarsest operator's inverse
+    Eigen::MatrixXf dense_;  ///< the coarsest operator
     Eigen::LLT<Eigen::MatrixXf> factor_;
     double s_ = 0, m_ = 0;           ///< of the coarsest inverse
     double s_now_ = 1;               ///< of the other levels' operators
