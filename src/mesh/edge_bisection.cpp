@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 
 #include <algorithm>
+#include <numeric>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -42,7 +43,8 @@ class Stars {
     std::unordered_map<std::int32_t, std::vector<std::int32_t>> stars_;
 };
 
-void split_tets(TetMesh& mesh, Stars& stars, const EdgeNode& split, std::int32_t middle) {
+void split_tets(TetMesh& mesh, std::vector<std::int32_t>& parents, Stars& stars,
+                const EdgeNode& split, std::int32_t middle) {
     stars.follow(middle);
     const auto [low, high] = std::minmax(split.a, split.b);
     for (const std::int32_t e : stars.around(mesh.tets, low, high)) {
@@ -51,6 +53,7 @@ void split_tets(TetMesh& mesh, Stars& stars, const EdgeNode& split, std::int32_t
         std::ranges::replace(other, low, middle);
         std::ranges::replace(mesh.tets[e], high, middle);
         mesh.tets.push_back(other);
+        parents.push_back(std::int32_t{parents[e]});
         if (!mesh.regions.empty()) mesh.regions.push_back(std::int32_t{mesh.regions[e]});
         stars.remove(high, e);
         stars.add(middle, e);
@@ -116,15 +119,18 @@ void split_sets(TetMesh& mesh, std::span<const EdgeNode> splits, std::int32_t fi
 
 }  // namespace
 
-void bisect_edges(TetMesh& mesh, std::span<const EdgeNode> splits) {
+std::vector<std::int32_t> bisect_edges(TetMesh& mesh, std::span<const EdgeNode> splits) {
     const auto first = static_cast<std::int32_t>(mesh.nodes.size());
     split_sets(mesh, splits, first);
+    std::vector<std::int32_t> parents(mesh.tets.size());
+    std::iota(parents.begin(), parents.end(), 0);
     Stars stars(mesh, splits);
     for (std::size_t i = 0; i < splits.size(); ++i) {
         const auto& [a, b, share] = splits[i];
         mesh.nodes.push_back((1 - share) * mesh.nodes[a] + share * mesh.nodes[b]);
-        split_tets(mesh, stars, splits[i], first + static_cast<std::int32_t>(i));
+        split_tets(mesh, parents, stars, splits[i], first + static_cast<std::int32_t>(i));
     }
+    return parents;
 }
 
 }  // namespace livetet

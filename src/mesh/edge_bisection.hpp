@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "mesh/tet_mesh.hpp"
 
@@ -17,8 +18,8 @@ struct EdgeNode {
 /// sets around each in two: so the mesh fits together whatever edges are split. Node i of the list
 /// gets the number nodes.size() + i. A tet keeps its number for the half with its lower corner of
 /// the edge; the other halves follow after all tets. A new node is in a node set if both ends are,
-/// and the edge is on the boundary or one of them is not. Precondition: edges of the mesh as it is,
-/// each of them once.
-void bisect_edges(TetMesh& mesh, std::span<const EdgeNode> splits);
+/// and the edge is on the boundary or one of them is not. Returns for each tet the one that it is a
+/// part of. Precondition: edges of the mesh as it is, each of them once.
+std::vector<std::int32_t> bisect_edges(TetMesh& mesh, std::span<const EdgeNode> splits);
 
 }  // namespace livetet

@@ -1,11 +1,15 @@
 #include "mesh/segment_crossings.hpp"
 
 #include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <unsupported/Eigen/BVH>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <map>
+#include <numbers>
+#include <utility>
 #include <vector>
 
 #include "base/error.hpp"
@@ -98,6 +102,49 @@ Vector3 place_of(const LatticePoint& p) {
     return Eigen::Matrix<std::int64_t, 3, 1>(p[0], p[1], p[2]).cast<double>();
 }
 
+Vector3 normal_of(const LatticeTriangle& t) {
+    const WideVector n = cross(minus(t[1], t[0]), minus(t[2], t[0]));
+    return Vector3(static_cast<double>(n[0]), static_cast<double>(n[1]), static_cast<double>(n[2]))
+        .normalized();
+}
+
+/// The edges of the border of a parallelogram or, but for 0.1 % of its radius, a disc.
+std::vector<std::array<Vector3, 2>> border_of(const PlanePatch& patch) {
+    std::vector<Vector3> corners;
+    if (patch.edges) {
+        const auto& [a, b] = *patch.edges;
+        for (const auto& [s, t] : {std::pair{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}})
+            corners.push_back(patch.point + s * a + t * b);
+    } else if (patch.radius) {
+        constexpr int count = 72;
+        const Vector3 a = patch.normal.unitOrthogonal(), b = patch.normal.normalized().cross(a);
+        for (int k = 0; k < count; ++k) {
+            const double angle = 2 * std::numbers::pi * k / count;
+            corners.push_back(patch.point +
+                              *patch.radius * (std::cos(angle) * a + std::sin(angle) * b));
+        }
+    }
+    std::vector<std::array<Vector3, 2>> edges;
+    for (std::size_t k = 0; k < corners.size(); ++k)
+        edges.push_back({corners[k], corners[(k + 1) % corners.size()]});
+    return edges;
+}
+
+/// The edges that belong to one triangle. Those with the same places of their ends are one edge.
+std::vector<std::array<Vector3, 2>> border_of(const std::vector<LatticeTriangle>& triangles,
+                                              const auto& place) {
+    std::map<std::array<LatticePoint, 2>, int> count;
+    for (const LatticeTriangle& t : triangles)
+        for (int k = 0; k < 3; ++k) {
+            const auto& [low, high] = std::minmax(t[k], t[(k + 1) % 3]);
+            ++count[{low, high}];
+        }
+    std::vector<std::array<Vector3, 2>> edges;
+    for (const auto& [edge, times] : count)
+        if (times == 1) edges.push_back({place(edge[0]), place(edge[1])});
+    return edges;
+}
+
 /// A search of Eigen's tree for the triangles that a segment crosses.
 struct CrossingSearch {
     const std::vector<LatticeTriangle>& triangles;
@@ -109,7 +156,10 @@ struct CrossingSearch {
     bool intersectObject(int t) {                                                   // NOLINT: name
         if (!crosses(triangles[t], from, to)) return false;
         const double share = share_at_plane(triangles[t], from, to);
-        found.first = found.count == 0 ? share : std::min(found.first, share);
+        if (found.count == 0 || share < found.first) {
+            found.first = share;
+            found.normal = normal_of(triangles[t]);
+        }
         ++found.count;
         return false;  // go on
     }
@@ -126,6 +176,7 @@ SegmentCrossings::SegmentCrossings(const CutSurface& surface, std::span<const Ve
         patch_ = *patch;
         patch_.normal.normalize();
         rounding_ = 1e-12 * side;
+        border_ = border_of(patch_);
         return;
     }
     const auto& mesh = std::get<TriangleMesh>(surface);
@@ -150,6 +201,9 @@ SegmentCrossings::SegmentCrossings(const CutSurface& surface, std::span<const Ve
         triangles_->lattice.push_back(corners);
         boxes.push_back(around);
     }
+    border_ = border_of(triangles_->lattice, [&](const LatticePoint& p) -> Vector3 {
+        return triangles_->corner + triangles_->step * place_of(p);
+    });
     triangles_->tree.init(numbers.begin(), numbers.end(), boxes.begin(), boxes.end());
 }
 
@@ -161,7 +215,21 @@ SegmentCrossing SegmentCrossings::with_patch(const Vector3& from, const Vector3&
     if ((below >= 0) == (above >= 0)) return {};
     const double share = below / (below - above);
     if (!is_in_patch(patch_, from + share * (to - from), 4 * rounding_)) return {};
-    return {1, std::clamp(share, 0.0, 1.0)};
+    return {1, std::clamp(share, 0.0, 1.0), patch_.normal};
+}
+
+std::optional<Vector3> SegmentCrossings::nearest_on_border(const Vector3& x, double within) const {
+    std::optional<Vector3> nearest;
+    for (const auto& [a, b] : border_) {
+        const Vector3 way = b - a;
+        const double length = way.squaredNorm();
+        const double share = length > 0 ? std::clamp((x - a).dot(way) / length, 0.0, 1.0) : 0;
+        const Vector3 there = a + share * way;
+        if ((there - x).norm() > within) continue;
+        within = (there - x).norm();
+        nearest = there;
+    }
+    return nearest;
 }
 
 SegmentCrossing SegmentCrossings::between(const Vector3& from, const Vector3& to) const {

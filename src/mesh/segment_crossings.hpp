@@ -1,8 +1,11 @@
 #pragma once
 
+#include <array>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "mesh/cut_surface.hpp"
 
@@ -10,8 +13,9 @@ namespace livetet {
 
 /// How a segment crosses a surface.
 struct SegmentCrossing {
-    int count = 0;     ///< how often
-    double first = 0;  ///< the share of the way to the first crossing, from 0 to 1
+    int count = 0;                     ///< how often
+    double first = 0;                  ///< the share of the way to the first crossing, from 0 to 1
+    Vector3 normal = Vector3::Zero();  ///< of the surface there, a unit vector of either sign
 
     /// Whether its ends are on different sides.
     bool parts() const { return count % 2 != 0; }
@@ -35,10 +39,14 @@ class SegmentCrossings {
 
     /// Of the segment between two points, m. O(1) for a patch, O(log(triangles)) otherwise.
     SegmentCrossing between(const Vector3& from, const Vector3& to) const;
+    /// The point of the surface's border that is nearest to `x`, if one is within a distance, m.
+    /// O(edges of the border).
+    std::optional<Vector3> nearest_on_border(const Vector3& x, double within) const;
 
   private:
     SegmentCrossing with_patch(const Vector3& from, const Vector3& to) const;
 
+    std::vector<std::array<Vector3, 2>> border_;
     PlanePatch patch_;
     double rounding_ = 0;  ///< m
     struct Triangles;

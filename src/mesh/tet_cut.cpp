@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 
 #include "base/disjoint_sets.hpp"
 #include "mesh/edge_bisection.hpp"
@@ -42,7 +43,7 @@ struct PartedEdges {
     Lists edges;                        ///< of the mesh, by their lower ends
     std::vector<std::int32_t> numbers;  ///< of those at which tets are parted, rising
     std::vector<EdgeNode> crossings;    ///< of each of them, a < b
-    std::size_t tets = 0;               ///< that are parted
+    std::vector<std::uint8_t> groups;   ///< of each tet: group_of_first, 0 where it is not parted
 
     /// Its place in the lists; -1: no tet is parted there.
     std::int32_t find(std::int32_t a, std::int32_t b) const {
@@ -52,28 +53,95 @@ struct PartedEdges {
     }
 };
 
+std::array<std::int32_t, 6> edges_of(const Lists& edges, const Tet& t) {
+    std::array<std::int32_t, 6> numbers{};
+    for (int k = 0; k < 6; ++k)
+        numbers[k] = edge_between(edges, t[tet_edges[k][0]], t[tet_edges[k][1]]);
+    return numbers;
+}
+
+int group_by_edges(const std::array<std::int32_t, 6>& numbers, const std::vector<double>& shares) {
+    std::array<bool, 6> is_crossed{};
+    for (int k = 0; k < 6; ++k) is_crossed[k] = shares[numbers[k]] >= 0;
+    return group_of_first(is_crossed);
+}
+
+/// Finds where tets would be crossed that a surface ends in, if it went on as a plane. It counts as
+/// going on in a tet if the middle of the tet's section by that plane is on the surface: so what is
+/// parted ends, on average, where the surface does.
+class SurfaceEnds {
+  public:
+    SurfaceEnds(const TetMesh& mesh, const Lists& edges, const SegmentCrossings& crossings)
+        : mesh_(mesh), edges_(edges), crossings_(crossings) {}
+
+    /// `shares`: of each edge the share at which it is crossed; below 0: it is not.
+    void go_on(std::vector<double>& shares) const {
+        const std::vector<double> before = shares;
+        for (const Tet& t : mesh_.tets) {
+            const auto numbers = edges_of(edges_, t);
+            const auto is_crossed = [&](std::int32_t n) { return before[n] >= 0; };
+            if (std::ranges::any_of(numbers, is_crossed) && group_by_edges(numbers, before) == 0)
+                go_on_in(t, numbers, before, shares);
+        }
+    }
+
+  private:
+    void go_on_in(const Tet& t, const std::array<std::int32_t, 6>& numbers,
+                  const std::vector<double>& before, std::vector<double>& shares) const {
+        Vector3 point = Vector3::Zero(), normal = Vector3::Zero();
+        int crossed = 0;
+        for (int k = 0; k < 6; ++k) {
+            if (before[numbers[k]] < 0) continue;
+            const auto [a, b] = std::minmax(t[tet_edges[k][0]], t[tet_edges[k][1]]);
+            const Vector3 &from = mesh_.nodes[a], &to = mesh_.nodes[b];
+            point += from + before[numbers[k]] * (to - from);
+            normal = crossings_.between(from, to).normal;
+            ++crossed;
+        }
+        point /= crossed;
+        Vector3 middle = Vector3::Zero();
+        double count = 0, length = 0;
+        std::array<double, 6> found{};
+        for (int k = 0; k < 6; ++k) {
+            const auto [a, b] = std::minmax(t[tet_edges[k][0]], t[tet_edges[k][1]]);
+            const Vector3 &from = mesh_.nodes[a], &to = mesh_.nodes[b];
+            const double below = (from - point).dot(normal), above = (to - point).dot(normal);
+            length += (to - from).norm() / 6;
+            found[k] = (below >= 0) != (above >= 0) ? below / (below - above) : -1;
+            if (found[k] < 0) continue;
+            middle += from + found[k] * (to - from);
+            ++count;
+        }
+        middle /= count;
+        const Vector3 aside = length / 4 * normal;
+        if (!crossings_.between(middle - aside, middle + aside).parts()) return;
+        for (int k = 0; k < 6; ++k)
+            if (found[k] >= 0 && before[numbers[k]] < 0) shares[numbers[k]] = found[k];
+    }
+
+    const TetMesh& mesh_;
+    const Lists& edges_;
+    const SegmentCrossings& crossings_;
+};
+
 PartedEdges parted_edges(const TetMesh& mesh, const SegmentCrossings& crossings) {
     PartedEdges parted;
     parted.edges = edges_by_lower_end(mesh.tets, mesh.nodes.size());
     const Lists& edges = parted.edges;
-    std::vector<double> share(edges.items.size(), -1);  // -1: not crossed
+    std::vector<double> shares(edges.items.size(), -1);
     for (std::size_t a = 0; a < mesh.nodes.size(); ++a)
         for (std::int32_t i = edges.start[a]; i < edges.start[a + 1]; ++i) {
             const SegmentCrossing crossing =
                 crossings.between(mesh.nodes[a], mesh.nodes[edges.items[i]]);
-            if (crossing.parts()) share[i] = crossing.first;
+            if (crossing.parts()) shares[i] = crossing.first;
         }
+    SurfaceEnds(mesh, edges, crossings).go_on(shares);
     std::vector<std::uint8_t> is_parted(edges.items.size(), 0);
     for (const Tet& t : mesh.tets) {
-        std::array<std::int32_t, 6> numbers{};
-        std::array<bool, 6> is_crossed{};
-        for (int k = 0; k < 6; ++k) {
-            numbers[k] = edge_between(edges, t[tet_edges[k][0]], t[tet_edges[k][1]]);
-            is_crossed[k] = share[numbers[k]] >= 0;
-        }
-        const int first = group_of_first(is_crossed);
+        const auto numbers = edges_of(edges, t);
+        const int first = group_by_edges(numbers, shares);
+        parted.groups.push_back(static_cast<std::uint8_t>(first));
         if (first == 0) continue;
-        ++parted.tets;
         for (int k = 0; k < 6; ++k)
             if ((first >> tet_edges[k][0] & 1) != (first >> tet_edges[k][1] & 1))
                 is_parted[numbers[k]] = 1;
@@ -82,7 +150,7 @@ PartedEdges parted_edges(const TetMesh& mesh, const SegmentCrossings& crossings)
         for (std::int32_t i = edges.start[a]; i < edges.start[a + 1]; ++i) {
             if (!is_parted[i]) continue;
             parted.numbers.push_back(i);
-            parted.crossings.push_back({static_cast<std::int32_t>(a), edges.items[i], share[i]});
+            parted.crossings.push_back({static_cast<std::int32_t>(a), edges.items[i], shares[i]});
         }
     return parted;
 }
@@ -155,28 +223,79 @@ std::int32_t opposite(const Tet& t, const Tet& other) {
         t, [&](std::int32_t n) { return std::ranges::find(other, n) == other.end(); });
 }
 
-/// Whether all nodes of the face between two tets are on the surface, and the tets on both sides.
-bool is_open(const TetMesh& mesh, const TetLink& link, const std::vector<std::uint8_t>& on_surface,
-             const SegmentCrossings& crossings) {
-    const Tet &one = mesh.tets[link.lower], &other = mesh.tets[link.upper];
-    const std::int32_t near = opposite(one, other), far = opposite(other, one);
-    Vector3 middle = Vector3::Zero();
-    for (const std::int32_t n : one) {
-        if (n == near) continue;
-        if (!on_surface[n]) return false;
-        middle += mesh.nodes[n] / 3;
+/// Which faces open, step 3, decided by the groups of corners of the tets before their edges were
+/// split: places may have moved past the surface a little.
+class OpenFaces {
+  public:
+    /// `parents`: of each tet now, among those of `before`.
+    OpenFaces(const std::vector<Tet>& before, const PartedEdges& parted,
+              const std::vector<std::int32_t>& parents, const std::vector<std::uint8_t>& on_surface)
+        : before_(before), parted_(parted), parents_(parents), on_surface_(on_surface) {}
+
+    /// Whether all nodes of the face between two tets are on the surface, which is between them.
+    bool is_open(const std::vector<Tet>& tets, const TetLink& link) const {
+        const Tet &one = tets[link.lower], &other = tets[link.upper];
+        const std::int32_t near = opposite(one, other), far = opposite(other, one);
+        if (on_surface_[near] || on_surface_[far]) return false;
+        for (const std::int32_t n : one)
+            if (n != near && !on_surface_[n]) return false;
+        const std::int32_t p = parents_[link.lower], q = parents_[link.upper];
+        if (p == q) return !are_together(p, near, far);
+        for (const std::int32_t n : one)  // a corner of both
+            if (n != near && is_corner(p, n) && is_corner(q, n))
+                return are_together(p, near, n) != are_together(q, far, n);
+        return false;
     }
-    return !on_surface[near] && !on_surface[far] &&
-           crossings.between(mesh.nodes[near], middle).parts() !=
-               crossings.between(middle, mesh.nodes[far]).parts();
+
+  private:
+    bool is_corner(std::int32_t tet, std::int32_t n) const {
+        return std::ranges::find(before_[tet], n) != before_[tet].end();
+    }
+    /// Whether the surface does not part two corners of a tet.
+    bool are_together(std::int32_t tet, std::int32_t a, std::int32_t b) const {
+        const auto bit = [&](std::int32_t n) {
+            const Tet& t = before_[tet];
+            return parted_.groups[tet] >> (std::ranges::find(t, n) - t.begin()) & 1;
+        };
+        return bit(a) == bit(b);
+    }
+
+    const std::vector<Tet>& before_;
+    const PartedEdges& parted_;
+    const std::vector<std::int32_t>& parents_;
+    const std::vector<std::uint8_t>& on_surface_;
+};
+
+/// Step 4: moves the nodes of open faces that stay whole onto the surface's border.
+void move_front(TetMesh& mesh, std::span<const TetLink> links, std::span<const std::uint8_t> is_cut,
+                const SegmentCrossings& crossings) {
+    std::vector<Tet> parted = mesh.tets;
+    const auto originals = part_nodes(parted, mesh.nodes.size(), links, is_cut);
+    std::map<std::int32_t, double> front;  // by node: the longest edge of open faces there
+    for (std::size_t l = 0; l < links.size(); ++l) {
+        if (!is_cut[l]) continue;
+        const Tet &one = mesh.tets[links[l].lower], &other = mesh.tets[links[l].upper];
+        const std::int32_t near = opposite(one, other);
+        for (const std::int32_t n : one)
+            for (const std::int32_t m : one)
+                if (n != near && m != near)
+                    front[n] = std::max(front[n], (mesh.nodes[n] - mesh.nodes[m]).norm());
+    }
+    for (const std::int32_t n : originals) front.erase(n);
+    MovableNodes movable(mesh);
+    for (const auto& [node, edge] : front) {
+        const auto border = crossings.nearest_on_border(mesh.nodes[node], edge);
+        if (border && movable.keeps_boundary(node, *border - mesh.nodes[node]))
+            movable.move(node, *border - mesh.nodes[node]);
+    }
 }
 
 /// Step 3: doubles the nodes that open faces part. Returns their number.
-std::size_t open_cut(TetMesh& mesh, const std::vector<std::uint8_t>& on_surface,
-                     const SegmentCrossings& crossings) {
+std::size_t open_cut(TetMesh& mesh, const OpenFaces& faces, const SegmentCrossings& crossings) {
     const std::vector<TetLink> links = links_of(mesh.tets);
     std::vector<std::uint8_t> is_cut;
-    for (const TetLink& link : links) is_cut.push_back(is_open(mesh, link, on_surface, crossings));
+    for (const TetLink& link : links) is_cut.push_back(faces.is_open(mesh.tets, link));
+    move_front(mesh, links, is_cut, crossings);  // step 4: while the faces hang together
     const TetMesh before = mesh.triangle_sets.empty() ? TetMesh{} : mesh;
     const auto originals = part_nodes(mesh.tets, mesh.nodes.size(), links, is_cut);
     append_copies(mesh, originals);
@@ -189,18 +308,20 @@ std::size_t open_cut(TetMesh& mesh, const std::vector<std::uint8_t>& on_surface,
 CutTets cut_tets(TetMesh mesh, const SegmentCrossings& crossings) {
     CutTets cut;
     const PartedEdges parted = parted_edges(mesh, crossings);
-    cut.counts.parted = parted.tets;
+    cut.counts.parted = static_cast<std::size_t>(
+        std::ranges::count_if(parted.groups, [](std::uint8_t group) { return group != 0; }));
     TetMesh& made = cut.mesh = std::move(mesh);
-    if (parted.tets == 0) return cut;
+    if (cut.counts.parted == 0) return cut;
+    const std::vector<Tet> before = made.tets;
     std::vector<std::uint8_t> on_surface = NodeSnapping(made, parted).run();
     std::vector<EdgeNode> splits;
     for (const auto& [a, b, share] : parted.crossings)
         if (!on_surface[a] && !on_surface[b])
             splits.push_back({a, b, std::clamp(share, snapped_share, 1 - snapped_share)});
-    bisect_edges(made, splits);
+    const std::vector<std::int32_t> parents = bisect_edges(made, splits);
     cut.counts.added = splits.size();
     on_surface.resize(made.nodes.size(), 1);
-    cut.counts.doubled = open_cut(made, on_surface, crossings);
+    cut.counts.doubled = open_cut(made, OpenFaces(before, parted, parents, on_surface), crossings);
     return cut;
 }
 

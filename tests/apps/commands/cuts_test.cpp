@@ -13,7 +13,9 @@
 #include "io/result_file.hpp"
 #include "io/surface_file.hpp"
 #include "mesh/hex_grid.hpp"
+#include "mesh/quadratic.hpp"
 #include "mesh/shapes.hpp"
+#include "support/hex_grids.hpp"
 #include "support/mpirun.hpp"
 #include "support/program.hpp"
 
@@ -308,6 +310,131 @@ TEST(Cuts, ABarOfTetrahedraIsParted) {
         EXPECT_GT(held, 100);
         EXPECT_GT(pulled, 100);
     }
+}
+
+/// A block of 120 x 60 x 60 mm, held at x = 0 and moved at x = 120 mm, with a cut down to its
+/// middle height: one made with the cut in its mesh, whose faces at that plane have nodes of their
+/// own on both sides, to compare with.
+struct NotchedBlock {
+    static constexpr double cut_at = 0.057, tip = 0.03;
+    static TetMesh tets(int cells_along) {
+        return shapes::box({0.12, 0.06, 0.06}, {cells_along, cells_along / 2, cells_along / 2});
+    }
+    /// With a plane of nodes where the cut is to be, in place of the middle one.
+    static TetMesh made_with_the_cut(int cells_along, double at) {
+        TetMesh mesh = tets(cells_along);
+        for (Vector3& x : mesh.nodes)
+            x.x() = x.x() <= 0.06 ? x.x() * at / 0.06 : 0.12 - (0.12 - x.x()) * (0.12 - at) / 0.06;
+        const std::size_t loaded = mesh.nodes.size();
+        std::vector<std::int32_t> copy(loaded, -1);
+        for (Tet& t : mesh.tets) {
+            double middle = 0;
+            for (const std::int32_t n : t) middle += mesh.nodes[n].x() / 4;
+            if (middle < at) continue;
+            for (std::int32_t& n : t) {
+                const Vector3 x = mesh.nodes[n];
+                if (std::abs(x.x() - at) > 1e-9 || x.z() < tip + 1e-9) continue;
+                if (copy[n] < 0) {
+                    copy[n] = static_cast<std::int32_t>(mesh.nodes.size());
+                    mesh.nodes.push_back(x);
+                }
+                n = copy[n];
+            }
+        }
+        return mesh;
+    }
+    static std::string scene(const std::string& mesh, const std::string& more) {
+        return fmt::format(R"(
+mesh: {{file: {}}}
+materials: [{{young_Pa: 5000, poisson: 0.3, model: linear}}]
+fix: [{{half_space_mm: [0.1, 0, 0, 1, 0, 0]}}]
+drive: [{{half_space_mm: [119.9, 0, 0, -1, 0, 0], displacement_mm: [4, 0, -3]}}]
+solver: {{newton_tolerance: 1e-8, relative_tolerance: 1e-8}}
+output: {{file: out.h5}}
+{})",
+                           mesh, more);
+    }
+    /// The cut of a scene at that plane.
+    static std::string cut(double at) {
+        return fmt::format("cuts: [{{point_mm: [{}, 30, 60], edges_mm: [0, 120, 0, 0, 0, 60]}}]\n",
+                           1e3 * at);
+    }
+};
+
+/// The displacement of a result at places of its body.
+std::vector<Vector3> solved_at(const Folder& folder, const std::string& scene,
+                               const std::vector<Vector3>& places) {
+    write_text(folder / "scene.yaml", scene);
+    const auto run = livetet(folder, "solve scene.yaml");
+    EXPECT_EQ(run.status, 0) << run.err;
+    const ResultReader result(folder / "out.h5");
+    return PointSampler(result.mesh(), places)
+        .sample(result.displacement(result.frame_count() - 1));
+}
+
+/// Every node of a mesh, those of the border moved a little to the inside: each is on its own side.
+std::vector<Vector3> places_beside_nodes(const TetMesh& mesh) {
+    std::vector<Vector3> midst(mesh.nodes.size(), Vector3::Zero());
+    std::vector<double> tets(mesh.nodes.size(), 0);
+    for (const Tet& t : mesh.tets)
+        for (const std::int32_t n : t) {
+            for (const std::int32_t m : t) midst[n] += mesh.nodes[m] / 4;
+            ++tets[n];
+        }
+    std::vector<Vector3> places = mesh.nodes;
+    for (std::size_t n = 0; n < places.size(); ++n)
+        places[n] += 0.02 * (midst[n] / tets[n] - places[n]);
+    return places;
+}
+
+double farthest_apart(const std::vector<Vector3>& a, const std::vector<Vector3>& b) {
+    double distance = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) distance = std::max(distance, (a[i] - b[i]).norm());
+    return distance;
+}
+
+/// Ten-node tets that a plane cuts anywhere, or along their faces where the cut ends amid them, and
+/// a grid along faces of its cells, answer as a mesh that was made with the cut in it: within 1 %
+/// of the largest displacement, 5 mm, at every node.
+TEST(Cuts, ACutMeshAnswersAsOneMadeWithTheCut) {
+    const Folder folder;
+    for (const auto& [at, cells] : {std::pair{0.057, 22}, {0.06, 30}}) {
+        const TetMesh made = NotchedBlock::made_with_the_cut(28, at);
+        const std::vector<Vector3> places = places_beside_nodes(made);
+        const auto solved = [&](const TetMesh& mesh, const std::string& more) {
+            write_hierarchy(folder / "mesh.h5", make_hierarchy({mesh}, "a notched block"));
+            return solved_at(folder, NotchedBlock::scene("mesh.h5", more), places);
+        };
+        const std::string p2 = "elements: P2\n";
+        const auto expected = solved(made, p2);
+        const TetMesh tets = NotchedBlock::tets(cells);
+        EXPECT_LT(farthest_apart(solved(tets, p2 + NotchedBlock::cut(at)), expected), 5e-5) << at;
+        EXPECT_GT(farthest_apart(solved(tets, p2), expected), 2.5e-3) << "the cut opens";
+        if (at != 0.06) continue;
+        const TetMesh grid = test::hex_grid({48, 24, 24}, {0.12, 0.06, 0.06});
+        EXPECT_LT(farthest_apart(solved(grid, NotchedBlock::cut(at)), expected), 5e-5) << "grid";
+    }
+}
+
+/// A bar cut to an eighth of its height takes at most twice the iterations of the whole one.
+TEST(Cuts, ABarCutNearlyThroughTakesAtMostTwiceTheIterations) {
+    const Folder folder;
+    const Vector3 size(0.12, 0.06, 0.06);
+    write_hierarchy(folder / "bar.h5",
+                    make_hierarchy({shapes::box(size, {40, 20, 20}),
+                                    shapes::box(size, {20, 10, 10}), shapes::box(size, {10, 5, 5})},
+                                   "boxes"));
+    std::vector<int> iterations;
+    for (const std::string cuts :
+         {"", "cuts: [{point_mm: [58, 30, 60], edges_mm: [0, 120, 0, 0, 0, 105]}]\n"}) {
+        write_text(folder / "scene.yaml", NotchedBlock::scene("bar.h5", cuts));
+        const auto run = livetet(folder, "solve scene.yaml --json out.json");
+        ASSERT_EQ(run.status, 0) << run.err;
+        iterations.push_back(
+            nlohmann::json::parse(text_of(folder / "out.json"))["iterations"].get<int>());
+    }
+    EXPECT_GT(iterations[0], 5);
+    EXPECT_LE(iterations[1], 2 * iterations[0]);
 }
 
 /// A study over the radius of a disc: the deeper the cut, the less energy the pull takes.

@@ -95,6 +95,35 @@ TEST(TetCut, TrianglesCutAsTheirPlane) {
     }
 }
 
+/// What opens is as large as the surface: its border is met, whatever tets it ends in.
+TEST(TetCut, ACutEndsWhereItsSurfaceEnds) {
+    const auto area_of = [](const TetMesh& mesh) {
+        double area = 0;
+        for (const auto& [a, b, c] : boundary_triangles(mesh.tets))
+            area += (mesh.nodes[b] - mesh.nodes[a]).cross(mesh.nodes[c] - mesh.nodes[a]).norm() / 2;
+        return area;
+    };
+    const TetMesh box = test::block({8, 8, 8}, unit_sides);
+    const auto opened = [&](const CutSurface& surface) {
+        const CutTets cut = tets_cut_by(box, surface);
+        check_tet_mesh(cut.mesh, "cut");
+        EXPECT_GT(least_angle_deg(cut.mesh), 5);
+        return (area_of(cut.mesh) - 6) / 2;
+    };
+    const double disc = std::numbers::pi * 0.3 * 0.3;
+    EXPECT_NEAR(opened(PlanePatch{{0.5, 0.5, 0.48}, {0, 0.1, 1}, 0.3}), disc, 0.07 * disc);
+    for (const double width : {0.5, 0.57, 0.63, 0.69}) {
+        const Vector3 a(width, 0, 0), b(0, 0, 2 * width), middle(0.51, 0.53, 0);
+        EXPECT_NEAR(opened(PlanePatch{middle, {0, 1, 0}, {}, std::array{a, b}}), width * width,
+                    0.09 * width * width);
+        TriangleMesh two;
+        for (const auto& [s, t] : {std::pair{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}})
+            two.nodes.push_back(middle + s * a + t * b);
+        two.triangles = {{0, 1, 2}, {2, 3, 0}};
+        EXPECT_NEAR(opened(two), width * width, 0.09 * width * width);
+    }
+}
+
 /// A disc inside opens, and the body still hangs together; one beside it changes nothing.
 TEST(TetCut, ADiscEndsInside) {
     const TetMesh box = test::block({8, 8, 8}, unit_sides);
