@@ -134,6 +134,7 @@ class FrontRun {
             row_.worst = std::max(row_.worst, error);
             ++count_;
         }
+        if (depth > 0.999 * press) row_.volume = std::max(row_.volume, volume_change());
     }
 
     void timed(const TrackerSample& sample) {
@@ -159,6 +160,19 @@ class FrontRun {
         std::vector<Vector3> places;
         for (const std::size_t i : judged_) places.push_back(truth_.targets[i].position);
         return places;
+    }
+
+    /// |V / V0 - 1| of the body.
+    double volume_change() {
+        const TetMesh& mesh = follower_.mesh();
+        const auto fields = follower_.body().tet_fields();
+        double whole = 0, change = 0;
+        for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
+            const double part = signed_volume(mesh, mesh.tets[e]);
+            whole += part;
+            change += fields[e].volume_change * part;
+        }
+        return std::abs(change / whole);
     }
 
     const Truth& truth_;
@@ -234,26 +248,27 @@ void mark_front(std::vector<FrontRow>& rows) {
 void print_front(const std::vector<FrontRow>& rows) {
     constexpr const char* heads =
         "{:<5} {:<8} {:<10} {:<6} {:>6} {:>6} {:>6} | {:>6} {:>6} {:>6} | {:>6} {:>8} {:>9} | "
-        "{:>6} {:>8} {:>6} | {:>7} {:>8} {:>7}\n";
+        "{:>6} {:>8} {:>6} | {:>7} {:>8} {:>7} {:>8}\n";
     if (rows.empty()) return;
     fmt::print("Whole error of a frame at the targets, press of 15 mm at 1 Hz, nu {}\n",
                rows.front().poisson);
     fmt::print(fmt::runtime(heads), "front", "elements", "law", "mesh", "cells", "nodes", "cycles",
                "median", "p99", "p99 *", "cpu", "switches", "steal", "forces", "operator", "solve",
-               "solver", "error", "error");
+               "solver", "error", "error", "volume");
     fmt::print(fmt::runtime(heads), "", "", "", "", "", "", "", "ms", "ms", "ms", "ms", "own+oth.",
-               "s", "ms", "ms", "ms", "mm", "mm", "% press");
+               "s", "ms", "ms", "ms", "mm", "mm", "% press", "% off");
     std::size_t least = rows.front().times.all.count, fewest = least;
     for (const FrontRow& r : rows) {
         const FrameTimes& t = r.times;
         fmt::print(
             "{:<5} {:<8} {:<10} {:<6} {:>6} {:>6} {:>6} | {:>6.2f} {:>6.2f} {:>6} | {:>6.2f} {:>8} "
-            "{:>9} | {:>6.2f} {:>8.2f} {:>6.2f} | {:>7.4f} {:>8.3f} {:>7.2f}\n",
+            "{:>9} | {:>6.2f} {:>8.2f} {:>6.2f} | {:>7.4f} {:>8.3f} {:>7.2f} {:>8.4f}\n",
             r.on_front ? "front" : "", r.elements, r.law, name_of_mesh(r.graded), r.cells, r.nodes,
             r.iterations, 1e3 * t.all.median, 1e3 * t.all.p99, p99_with_cores_text(t),
             1e3 * t.cpu_s, fmt::format("{}+{}", t.switched, t.others_switched),
             t.steal_s ? fmt::format("{:.2f}", *t.steal_s) : "not told", 1e3 * r.forces_s,
-            1e3 * r.operator_s, 1e3 * r.solve_s, 1e3 * r.solver, 1e3 * r.rms, 100 * r.rms / press);
+            1e3 * r.operator_s, 1e3 * r.solve_s, 1e3 * r.solver, 1e3 * r.rms, 100 * r.rms / press,
+            100 * r.volume);
         least = std::min(least, t.all.count);
         fewest = std::min(fewest, t.with_cores.count);
     }
@@ -281,7 +296,8 @@ nlohmann::json json_of(const std::vector<FrontRow>& rows) {
                         {"solve_s", r.solve_s},
                         {"solver_error_m", r.solver},
                         {"error_rms_m", r.rms},
-                        {"error_worst_m", r.worst}});
+                        {"error_worst_m", r.worst},
+                        {"volume_change", r.volume}});
     return list;
 }
 

@@ -22,9 +22,10 @@ struct FrontRow {
     int iterations = 0;
     FrameTimes times{};                                ///< of frames that are not judged
     double forces_s = 0, operator_s = 0, solve_s = 0;  ///< means of its stages
-    double solver = 0;      ///< RMS over nodes, of the distance from the converged frame, m
-    double rms = 0;         ///< RMS over targets and frames, of the distance from the truth, m
-    double worst = 0;       ///< of the same distances, m
+    double solver = 0;  ///< RMS over nodes, of the distance from the converged frame, m
+    double rms = 0;     ///< RMS over targets and frames, of the distance from the truth, m
+    double worst = 0;   ///< of the same distances, m
+    double volume = 0;  ///< largest change of the body's volume at the deepest press, share of it
     bool on_front = false;  ///< no row is both faster (median) and has a smaller error (rms)
 };
 

@@ -112,6 +112,7 @@ class SurfaceEnds {
             middle += from + found[k] * (to - from);
             ++count;
         }
+        if (count == 0) return;
         middle /= count;
         const Vector3 aside = length / 4 * normal;
         if (!crossings_.between(middle - aside, middle + aside).parts()) return;
