@@ -10,6 +10,8 @@
 #include "base/gmsh.hpp"
 #include "io/parse_in_child.hpp"
 #include "io/text.hpp"
+#include "mesh/grid_of_cells.hpp"
+#include "mesh/hex_grid.hpp"
 #include "mesh/packed_mesh.hpp"
 
 namespace livetet {
@@ -19,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 using gmsh::Tags;
 
-constexpr int triangle_type = 2, tet_type = 4;
+constexpr int triangle_type = 2, tet_type = 4, hexahedron_type = 5;
 
 /// The first error that Gmsh logged; empty if there was none.
 std::string first_error() {
@@ -58,7 +60,10 @@ class Reader {
 
     TetMesh read() {
         read_places();
-        read_tets();
+        if (has_hexahedra())
+            read_grid();
+        else
+            read_tets();
         for (const Triangle& t : boundary_triangles(mesh_.tets)) outwards_[sorted(t)] = t;
         for (const auto& [dimension, tag] : gmsh::physical_groups(-1))
             if (dimension < 3) read_group(dimension, tag);
@@ -107,6 +112,31 @@ class Reader {
         return all;
     }
 
+    static bool has_hexahedra() {
+        for (const auto& [dimension, entity] : gmsh::entities(3))
+            for (const gmsh::Elements& elements : gmsh::elements(dimension, entity))
+                if (elements.type == hexahedron_type) return true;
+        return false;
+    }
+
+    void read_grid() {
+        const bool grouped = !gmsh::physical_groups(3).empty();
+        std::vector<Hexahedron> cells;
+        std::vector<std::int32_t> regions;
+        for (const auto& [dimension, entity] : gmsh::entities(3)) {
+            const Tags nodes = elements_of(dimension, entity, hexahedron_type,
+                                           "8-node hexahedra, as others are in this file");
+            const std::vector<int> physical = gmsh::physical_groups_of_entity(3, entity);
+            for (std::size_t i = 0; i + 7 < nodes.size(); i += 8) {
+                Hexahedron& cell = cells.emplace_back();
+                for (std::size_t k = 0; k < 8; ++k) cell[k] = number_of(nodes[i + k]);
+                if (grouped) regions.push_back(physical.empty() ? 0 : physical[0]);
+            }
+        }
+        mesh_ = grid_of_cells(std::move(mesh_), cells, regions, where_);
+        check_tet_mesh(mesh_, where_);
+    }
+
     void read_tets() {
         const bool grouped = !gmsh::physical_groups(3).empty();
         for (const auto& [dimension, entity] : gmsh::entities(3)) {
@@ -130,7 +160,7 @@ class Reader {
     void read_group(int dimension, int tag) {
         const std::string name = name_of(dimension, tag);
         auto& set = mesh_.node_sets[name];
-        if (dimension == 2) {
+        if (dimension == 2 && mesh_.hexahedra.empty()) {
             auto& triangles = mesh_.triangle_sets[name];
             read_triangles(tag, triangles);
             const auto nodes = nodes_of(triangles);
@@ -143,7 +173,7 @@ class Reader {
         std::sort(set.begin(), set.end());
         set.erase(std::unique(set.begin(), set.end()), set.end());
         if (set.empty())
-            fail("{}: the group '{}' has no node of the tets, expected it to lie on the body",
+            fail("{}: the group '{}' has no node of the body, expected it to lie on the body",
                  where_, name);
     }
 
@@ -243,6 +273,7 @@ TetMesh read_gmsh(const fs::path& path, double metres_per_unit) {
         parse_in_child(path, "Gmsh", [&] { return packed(parse(path, metres_per_unit)); }),
         path.string());
     check_tet_mesh(mesh, path.string());
+    if (!mesh.hexahedra.empty()) (void)hex_level_of(mesh, path.string());
     return mesh;
 }
 

@@ -17,6 +17,8 @@
 #include "base/file.hpp"
 #include "io/parse_in_child.hpp"
 #include "io/vtk_reader.hpp"
+#include "mesh/grid_of_cells.hpp"
+#include "mesh/hex_grid.hpp"
 #include "mesh/packed_mesh.hpp"
 
 namespace livetet {
@@ -25,26 +27,37 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Throws Error if the grid has volume cells other than tets.
-void check_kinds(vtkUnstructuredGrid* grid, const std::string& where) {
+bool is_box(int type) { return type == VTK_HEXAHEDRON || type == VTK_VOXEL; }
+
+/// Returns whether all volume cells are hexahedra. Throws Error if they are neither these nor all
+/// tets.
+bool has_hexahedra_alone(vtkUnstructuredGrid* grid, const std::string& where) {
     std::map<int, vtkIdType> counts;
     for (vtkIdType c = 0; c < grid->GetNumberOfCells(); ++c) ++counts[grid->GetCellType(c)];
+    const bool has_tets = counts.contains(VTK_TETRA);
+    bool has_boxes = false;
     std::string others;
     vtkNew<vtkGenericCell> cell;
     for (const auto& [type, count] : counts) {
         if (type == VTK_TETRA || type == VTK_EMPTY_CELL) continue;
+        if (is_box(type) && !has_tets) {
+            has_boxes = true;
+            continue;
+        }
         cell->SetCellType(type);
         if (cell->GetCellDimension() == 3 || cell->GetCellType() != type)
             others += fmt::format("{}{} {}", others.empty() ? "" : ", ", count,
                                   vtkCellTypes::GetClassNameFromTypeId(type));
     }
-    if (others.empty()) return;
+    if (others.empty()) return has_boxes;
     const bool quadratic = counts.contains(VTK_QUADRATIC_TETRA);
-    fail("{}: holds {} beside {} vtkTetra, expected four-node tetrahedra alone{}", where, others,
-         counts.contains(VTK_TETRA) ? counts.at(VTK_TETRA) : 0,
-         quadratic
-             ? " (export linear tetrahedra; a scene's elements: P2 gives them their middle nodes)"
-             : "");
+    fail(
+        "{}: holds {} beside {} vtkTetra, expected four-node tetrahedra alone, or hexahedra "
+        "alone{}",
+        where, others, counts.contains(VTK_TETRA) ? counts.at(VTK_TETRA) : 0,
+        quadratic
+            ? " (export linear tetrahedra; a scene's elements: P2 gives them their middle nodes)"
+            : "");
 }
 
 vtkDataArray* region_array(vtkCellData* data) {
@@ -68,7 +81,7 @@ std::int32_t region_of(vtkDataArray* regions, vtkIdType cell, const std::string&
     return static_cast<std::int32_t>(value);
 }
 
-/// The tets of a file and their nodes, unchecked.
+/// A file's tets, or its grid of hexahedra, and their nodes. Tets are not checked.
 template <class Reader>
 TetMesh parse(const fs::path& path, double metres_per_unit) {
     const std::string where = path.string();
@@ -76,29 +89,42 @@ TetMesh parse(const fs::path& path, double metres_per_unit) {
     update_reader(reader.GetPointer(), path);
     vtkUnstructuredGrid* grid = reader->GetOutput();
     check_cells(grid->GetCells(), grid->GetNumberOfPoints(), where);
-    check_kinds(grid, where);
+    const bool is_grid = has_hexahedra_alone(grid, where);
     vtkDataArray* regions = region_array(grid->GetCellData());
 
     TetMesh mesh;
     std::vector<std::int32_t> numbers(grid->GetNumberOfPoints(), -1);
+    const auto number_of = [&](vtkIdType point) {
+        std::int32_t& number = numbers[point];
+        if (number >= 0) return number;
+        number = static_cast<std::int32_t>(mesh.nodes.size());
+        mesh.nodes.push_back(metres_per_unit * Vector3(grid->GetPoint(point)));
+        return number;
+    };
+    std::vector<Hexahedron> boxes;
+    std::vector<std::int32_t> of_cells;
     for (vtkIdType c = 0; c < grid->GetNumberOfCells(); ++c) {
-        if (grid->GetCellType(c) != VTK_TETRA) continue;
+        const int type = grid->GetCellType(c);
+        if (type != VTK_TETRA && !is_box(type)) continue;
+        const vtkIdType expected = type == VTK_TETRA ? 4 : 8;
         vtkIdType count = 0;
         const vtkIdType* points = nullptr;
         grid->GetCellPoints(c, count, points);
-        if (count != 4) fail("{}: tet {} has {} points, expected 4", where, c, count);
-        Tet tet;
-        for (int k = 0; k < 4; ++k) {
-            std::int32_t& number = numbers[points[k]];
-            if (number < 0) {
-                number = static_cast<std::int32_t>(mesh.nodes.size());
-                mesh.nodes.push_back(metres_per_unit * Vector3(grid->GetPoint(points[k])));
-            }
-            tet[k] = number;
+        if (count != expected)
+            fail("{}: cell {} has {} points, expected {}", where, c, count, expected);
+        if (regions) of_cells.push_back(region_of(regions, c, where));
+        if (type == VTK_TETRA) {
+            Tet& tet = mesh.tets.emplace_back();
+            for (int k = 0; k < 4; ++k) tet[k] = number_of(points[k]);
+        } else {
+            constexpr int round_voxel[8] = {0, 1, 3, 2, 4, 5, 7, 6};
+            Hexahedron& box = boxes.emplace_back();
+            for (int k = 0; k < 8; ++k)
+                box[k] = number_of(points[type == VTK_VOXEL ? round_voxel[k] : k]);
         }
-        mesh.tets.push_back(tet);
-        if (regions) mesh.regions.push_back(region_of(regions, c, where));
     }
+    if (is_grid) return grid_of_cells(std::move(mesh), boxes, of_cells, where);
+    mesh.regions = std::move(of_cells);
     return mesh;
 }
 
@@ -127,6 +153,7 @@ TetMesh read_vtu(const fs::path& path, double metres_per_unit) {
     };
     const TetMesh mesh = unpacked_mesh(parse_in_child(path, "VTK", parsed), where);
     check_tet_mesh(mesh, where);
+    if (!mesh.hexahedra.empty()) (void)hex_level_of(mesh, where);  // throws unless it is a grid
     return mesh;
 }
 

@@ -89,6 +89,7 @@ MeshHierarchy load_mesh(const MeshSource& source, const ProgressCallback& progre
     };
     if (has_levels_to_make) {
         MeshHierarchy read = read_tets(source);
+        refuse_hexahedra(read, fmt::format("mesh.levels = {}", source.levels));
         MeshingOptions options;
         options.levels = source.levels;
         MeshHierarchy made = with_context(source.file.string(), [&] {

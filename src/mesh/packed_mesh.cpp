@@ -39,6 +39,8 @@ std::vector<char> packed(const TetMesh& mesh) {
     packer.add(mesh.nodes);
     packer.add(mesh.tets);
     packer.add(mesh.regions);
+    packer.add(mesh.hexahedra);
+    packer.add(mesh.shares);
     add_sets(packer, mesh.node_sets);
     add_sets(packer, mesh.triangle_sets);
     return packer.take_bytes();
@@ -50,6 +52,8 @@ TetMesh unpacked_mesh(std::span<const char> bytes, const std::string& who) {
     mesh.nodes = unpacker.take<Vector3>();
     mesh.tets = unpacker.take<Tet>();
     mesh.regions = unpacker.take<std::int32_t>();
+    mesh.hexahedra = unpacker.take<Hexahedron>();
+    mesh.shares = unpacker.take<double>();
     take_sets(unpacker, mesh.node_sets);
     take_sets(unpacker, mesh.triangle_sets);
     unpacker.finish();

@@ -8,7 +8,7 @@
 
 namespace livetet {
 
-/// Serialises a P1 mesh with its regions and sets for another process on the same machine.
+/// Serialises a P1 mesh or a grid, its regions and sets, for another process on the same machine.
 std::vector<char> packed(const TetMesh& mesh);
 
 /// Restores a mesh from the bytes of `packed`. Throws Error, naming the sender `who`, if bytes are

@@ -6,6 +6,7 @@
 
 #include "base/file.hpp"
 #include "files.hpp"
+#include "mesh/hex_grid.hpp"
 #include "meshes.hpp"
 
 namespace livetet {
@@ -46,6 +47,63 @@ std::string with(std::string text, const std::string& from, const std::string& t
 
 TetMesh read_gmsh_text(const std::string& text) {
     return read_gmsh(write_bytes(fresh_folder() / "m.msh", text), 1e-3);
+}
+
+/// Two boxes of 10 x 20 x 30 mm in groups 6 and 7, with a named face.
+const std::string boxes = R"($MeshFormat
+2.2 0 8
+$EndMeshFormat
+$PhysicalNames
+1
+2 9 "end"
+$EndPhysicalNames
+$Nodes
+12
+1 0 0 0
+2 10 0 0
+3 20 0 0
+4 0 20 0
+5 10 20 0
+6 20 20 0
+7 0 0 30
+8 10 0 30
+9 20 0 30
+10 0 20 30
+11 10 20 30
+12 20 20 30
+$EndNodes
+$Elements
+3
+1 3 2 9 1 1 4 10 7
+2 5 2 6 1 1 2 5 4 7 8 11 10
+3 5 2 7 2 2 3 6 5 8 9 12 11
+$EndElements
+)";
+
+TEST(GmshFile, AGridOfHexahedraIsRead) {
+    const TetMesh mesh = read_gmsh_text(boxes);
+    ASSERT_EQ(mesh.hexahedra.size(), 2u);
+    EXPECT_EQ(hex_level_of(mesh, "boxes").links.size(), 1u);
+    EXPECT_NEAR(volume(mesh), 2 * 6e-6, 1e-15);
+    ASSERT_EQ(mesh.regions.size(), 12u);
+    EXPECT_EQ(mesh.regions.front(), 6);
+    EXPECT_EQ(mesh.regions.back(), 7);
+    EXPECT_TRUE(mesh.triangle_sets.empty());
+    const auto& end = mesh.node_sets.at("end");
+    ASSERT_EQ(end.size(), 4u);
+    for (const std::int32_t n : end) EXPECT_EQ(mesh.nodes[n].x(), 0);
+    EXPECT_NE(error_of([] {
+                  read_gmsh_text(with(boxes, "12 20 20 30", "12 20 20 33"));
+              }).find("hexahedron 1 at"),
+              std::string::npos);
+    EXPECT_NE(error_of([] {
+                  read_gmsh_text(with(boxes, "1 2 5 4 7 8 11 10", "1 2 5 4 1 2 5 4"));
+              }).find("expected a positive one"),
+              std::string::npos);
+    EXPECT_NE(error_of([] {
+                  read_gmsh_text(with(boxes, "3 5 2 7 2 2 3 6 5 8 9 12 11", "3 4 2 7 2 2 3 6 9"));
+              }).find("expected 8-node hexahedra, as others are in this file"),
+              std::string::npos);
 }
 
 TEST(GmshFile, SparseTagsUnusedNodesAndUnitsAreUndone) {

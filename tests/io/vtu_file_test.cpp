@@ -2,6 +2,7 @@
 
 #include "base/file.hpp"
 #include "files.hpp"
+#include "mesh/hex_grid.hpp"
 
 namespace livetet {
 namespace {
@@ -47,6 +48,68 @@ TEST(VtuFile, TetsAndRegionsAreRead) {
     EXPECT_EQ(mesh.regions, (std::vector<std::int32_t>{7, 9}));
     EXPECT_NEAR(volume(mesh), 1e-9 * (1000.0 / 6 + 2 * 1000.0 / 6), 1e-18);
     EXPECT_LT((mesh.nodes[4] - Vector3(0.01, 0.01, 0.01)).norm(), 1e-15);
+}
+
+/// Two boxes of 10 x 20 x 30 mm, a hexahedron that begins with another corner and a voxel.
+struct BoxGrid {
+    std::string points =
+        "0 0 0  10 0 0  20 0 0  0 20 0  10 20 0  20 20 0 "
+        "0 0 30  10 0 30  20 0 30  0 20 30  10 20 30  20 20 30";
+    std::string connectivity = "1 4 3 0 7 10 9 6  1 2 4 5 7 8 10 11";
+    std::string text() const {
+        return "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" "
+               "byte_order=\"LittleEndian\">\n"
+               "<UnstructuredGrid><Piece NumberOfPoints=\"12\" NumberOfCells=\"2\">\n"
+               "<Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">" +
+               points +
+               "</DataArray></Points>\n"
+               "<Cells><DataArray type=\"Int64\" Name=\"connectivity\" format=\"ascii\">" +
+               connectivity +
+               "</DataArray>\n<DataArray type=\"Int64\" Name=\"offsets\" format=\"ascii\">8 16"
+               "</DataArray>\n<DataArray type=\"UInt8\" Name=\"types\" format=\"ascii\">12 11"
+               "</DataArray></Cells>\n<CellData><DataArray type=\"Int32\" Name=\"region\" "
+               "format=\"ascii\">7 9</DataArray></CellData>\n</Piece></UnstructuredGrid></VTKFile>"
+               "\n";
+    }
+};
+
+TEST(VtuFile, AGridOfHexahedraAndVoxelsIsRead) {
+    const TetMesh mesh = read(BoxGrid{}.text());
+    ASSERT_EQ(mesh.hexahedra.size(), 2u);
+    EXPECT_EQ(mesh.nodes.size(), 12u);
+    EXPECT_EQ(mesh.shares, (std::vector<double>{1, 1}));
+    ASSERT_EQ(mesh.regions.size(), 12u);
+    EXPECT_EQ(mesh.regions.front(), 7);
+    EXPECT_EQ(mesh.regions.back(), 9);
+    EXPECT_NEAR(volume(mesh), 2 * 6e-6, 1e-15);
+    const HexLevel level = hex_level_of(mesh, "grid");
+    ASSERT_EQ(level.links.size(), 1u) << "they share a face";
+    for (const Hexahedron& cell : mesh.hexahedra)  // all along the same axes
+        for (int c = 0; c < 8; ++c) {
+            Vector3 offset = mesh.nodes[cell[c]] - mesh.nodes[cell[0]];
+            for (int d = 0; d < 3; ++d)
+                EXPECT_EQ(std::abs(offset.dot(mesh.nodes[cell[1 << d]] - mesh.nodes[cell[0]])) > 0,
+                          (c >> d & 1) == 1);
+        }
+}
+
+TEST(VtuFile, HexahedraThatAreNoGridAreRefused) {
+    const auto refused = [](const std::string& from, const std::string& to,
+                            const std::string& expected) {
+        BoxGrid grid;
+        std::string& text =
+            grid.points.find(from) != std::string::npos ? grid.points : grid.connectivity;
+        text.replace(text.find(from), from.size(), to);
+        EXPECT_NE(error_of([&] { read(grid.text()); }).find(expected), std::string::npos)
+            << error_of([&] { read(grid.text()); });
+    };
+    refused("20 20 30", "20 21 30", "hexahedron 1 at");                          // no box
+    refused("20 20 30", "20 20 31", "equal parallelepipeds");                    // no box
+    refused("1 4 3 0 7 10 9 6", "7 10 9 6 1 4 3 0", "expected a positive one");  // inside out
+    refused("1 4 3 0 7 10 9 6", "1 4 3 0 1 4 3 0", "expected a positive one");   // flat
+    Grid mixed;
+    mixed.types = "10 10 12";
+    EXPECT_NE(error_of([&] { read(mixed.text()); }).find("expected"), std::string::npos);
 }
 
 TEST(VtuFile, RegionArraysHaveSeveralNames) {

@@ -5,6 +5,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
 
 #include <nlohmann/json.hpp>
 
@@ -64,6 +67,63 @@ TEST(Hexahedra, ABarIsPulledAsItsLawSays) {
     const auto about = nlohmann::json::parse(text_of(folder / "out.json"));
     EXPECT_EQ(about["hexahedra"], 320);
     EXPECT_NE(text_of(folder / "out.xdmf").find("Hexahedron"), std::string::npos);
+}
+
+/// A grid in Gmsh's text format, mm.
+void write_msh(const std::filesystem::path& path, const TetMesh& grid) {
+    std::string text =
+        fmt::format("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n{}\n", grid.nodes.size());
+    for (std::size_t n = 0; n < grid.nodes.size(); ++n) {
+        const Vector3 x = 1e3 * grid.nodes[n];
+        text += fmt::format("{} {} {} {}\n", n + 1, x.x(), x.y(), x.z());
+    }
+    text += fmt::format("$EndNodes\n$Elements\n{}\n", grid.hexahedra.size());
+    for (std::size_t e = 0; e < grid.hexahedra.size(); ++e) {
+        text += fmt::format("{} 5 2 1 1", e + 1);
+        for (const int c : {0, 1, 3, 2, 4, 5, 7, 6})
+            text += fmt::format(" {}", grid.hexahedra[e][c] + 1);
+        text += "\n";
+    }
+    write_text(path, text + "$EndElements\n");
+}
+
+/// A grid from another program is solved as the same one of ours, as it is and once `mesh` has
+/// written it; what it cannot have is refused.
+TEST(Hexahedra, AGridOfAnotherProgramIsSolved) {
+    const Folder folder;
+    write_bar(folder / "bar.nii.gz");
+    ASSERT_EQ(livetet(folder, "mesh bar.nii.gz --cells hexahedra --tets 400 -o bar.h5").status, 0);
+    write_msh(folder / "bar.msh", read_hierarchy(folder / "bar.h5").levels.front());
+    ASSERT_EQ(livetet(folder, "mesh bar.msh -o meshed.h5").status, 0);
+    const auto solved = [&](const std::string& mesh) {
+        std::string scene = fmt::format(fmt::runtime(pulled), "neohookean");
+        scene.replace(scene.find("bar.h5"), 6, mesh);
+        write_text(folder / "scene.yaml", scene);
+        const auto run = livetet(folder, "solve scene.yaml");
+        EXPECT_EQ(run.status, 0) << run.err;
+        EXPECT_NE(run.out.find("320 hexahedra"), std::string::npos) << run.out;
+        const ResultReader result(folder / "out.h5");
+        std::map<std::array<long, 3>, Vector3> u;  // by place, as nodes are numbered anew
+        const auto values = result.displacement(0);
+        for (std::size_t n = 0; n < values.size(); ++n) {
+            const Vector3 x = 1e6 * result.mesh().nodes[n];
+            u[{std::lround(x.x()), std::lround(x.y()), std::lround(x.z())}] = values[n];
+        }
+        return u;
+    };
+    const auto expected = solved("bar.h5");
+    for (const char* mesh : {"bar.msh", "meshed.h5"}) {
+        const auto found = solved(mesh);
+        ASSERT_EQ(found.size(), expected.size());
+        for (const auto& [place, u] : expected)
+            EXPECT_LT((found.at(place) - u).norm(), 1e-9) << mesh;
+    }
+    write_text(folder / "scene.yaml", "mesh: {file: bar.msh, levels: 2}\n" + std::string(R"(
+materials: [{young_Pa: 5000, poisson: 0.3}]
+fix: [{half_space_mm: [2.1, 0, 0, 1, 0, 0]}]
+)"));
+    test::expect_refused(livetet(folder, "solve scene.yaml"),
+                         {"mesh.levels = 2", "found a mesh of hexahedra"});
 }
 
 TEST(Hexahedra, OtherCommandsRefuseThemInOneLine) {
