@@ -269,11 +269,14 @@ TetMesh read_gmsh(const fs::path& path, double metres_per_unit) {
         fail("{}: the name ends in '{}', expected a Gmsh mesh: .msh", path.string(), ending(path));
     check_is_whole_mesh(path);
     gmsh::load();
-    const TetMesh mesh = unpacked_mesh(
+    TetMesh mesh = unpacked_mesh(
         parse_in_child(path, "Gmsh", [&] { return packed(parse(path, metres_per_unit)); }),
         path.string());
+    if (!mesh.hexahedra.empty()) {
+        (void)hex_level_of(mesh, path.string());  // throws unless it is a grid
+        mesh.tets = tets_of_hexahedra(mesh.hexahedra);
+    }
     check_tet_mesh(mesh, path.string());
-    if (!mesh.hexahedra.empty()) (void)hex_level_of(mesh, path.string());
     return mesh;
 }
 

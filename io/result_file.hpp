@@ -41,8 +41,9 @@ class ResultWriter {
                  MPI_Comm comm = MPI_COMM_SELF);
 
     /// From the next frame on, the mesh is this one: cells and nodes keep their numbers, and nodes
-    /// were added. `originals`: of each node after those of the first mesh, the node that it is a
-    /// copy of, with a lower number. Throws Error if they do not belong together, if frames have
+    /// were added. Nodes may lie elsewhere; then earlier frames are of their earlier places.
+    /// `originals`: of each node after those of the first mesh, the node that it is a copy of, with
+    /// a lower number. Throws Error if they do not belong together, if frames have
     /// fields, or if the disk is full; the mesh before stays.
     void set_mesh(const TetMesh& mesh, std::span<const std::int32_t> originals);
     /// Appends a frame: one displacement for each node of the rank's share. Throws Error if their

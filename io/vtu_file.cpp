@@ -151,9 +151,12 @@ TetMesh read_vtu(const fs::path& path, double metres_per_unit) {
         return packed(end == ".vtk" ? parse<vtkUnstructuredGridReader>(path, metres_per_unit)
                                     : parse<vtkXMLUnstructuredGridReader>(path, metres_per_unit));
     };
-    const TetMesh mesh = unpacked_mesh(parse_in_child(path, "VTK", parsed), where);
+    TetMesh mesh = unpacked_mesh(parse_in_child(path, "VTK", parsed), where);
+    if (!mesh.hexahedra.empty()) {
+        (void)hex_level_of(mesh, where);  // throws unless it is a grid
+        mesh.tets = tets_of_hexahedra(mesh.hexahedra);
+    }
     check_tet_mesh(mesh, where);
-    if (!mesh.hexahedra.empty()) (void)hex_level_of(mesh, where);  // throws unless it is a grid
     return mesh;
 }
 

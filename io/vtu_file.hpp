@@ -14,9 +14,9 @@ bool is_legacy_grid(const std::filesystem::path& path);
 /// Points, lines and faces among its cells and unused points are dropped. The regions are the first
 /// of the cell arrays `region`, `regions`, `label`, `labels`, `material`, `materials`,
 /// `gmsh:physical`, `medit:ref`, `cell_tags`, `CellEntityIds` (in any case), with 32-bit integer
-/// values. Throws Error if the file is malformed or truncated, has no tets, an inverted tet, other
-/// volume cells (listing the number of each, ten-node tets included), tets beside hexahedra, or a
-/// region that is not an integer.
+/// values. Throws Error if the file is malformed or truncated, has no such cells, an inverted one,
+/// other volume cells (listing the number of each, ten-node tets included), tets beside hexahedra,
+/// or a region that is not an integer.
 TetMesh read_vtu(const std::filesystem::path& path, double metres_per_unit);
 
 }  // namespace livetet

@@ -2,7 +2,12 @@
 
 #include <Eigen/Dense>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <utility>
+#include <vector>
 
 #include "base/error.hpp"
 #include "mesh/hex_grid.hpp"
@@ -20,29 +25,75 @@ Eigen::Matrix3d edges_of(const TetMesh& mesh, const Hexahedron& cell) {
     return edges;
 }
 
-/// Places a cell's corners in our order along the axes of a grid. Returns false if the cell is not
-/// spanned by them.
-bool reorder(const TetMesh& mesh, const Hexahedron& cell, const Eigen::Matrix3d& in_cells,
-             Hexahedron& ours) {
-    constexpr double tolerance = 1e-3;  // of an edge
-    std::array<Vector3, 8> places;
+/// Where nodes lie in a grid, by whole numbers of its cells.
+struct PlacedCells {
+    std::vector<Hexahedron> cells;      ///< corners in our order
+    std::vector<HexPlace> places;       ///< of each cell
+    std::vector<Vector3> of_nodes;      ///< the whole number of cells along each axis
+    std::vector<std::uint8_t> is_used;  ///< one a node
+};
+
+/// Places a cell's corners along the axes of the grid. Returns false if they are not those of a
+/// box of one cell, as far as single precision tells.
+bool place(const TetMesh& mesh, const Hexahedron& cell, const Eigen::Matrix3d& in_cells,
+           const Vector3& origin, PlacedCells& placed) {
+    constexpr double tolerance = 0.05;  // the sum of errors of the first cell's edges
+    std::array<Vector3, 8> at;
     Vector3 low = Vector3::Constant(INFINITY);
     for (int c = 0; c < 8; ++c) {
-        places[c] = in_cells * mesh.nodes[cell[c]];
-        low = low.cwiseMin(places[c]);
+        const Vector3 exact = in_cells * (mesh.nodes[cell[c]] - origin);
+        at[c] = exact.array().round();
+        if (!((at[c] - exact).cwiseAbs().maxCoeff() < tolerance)) return false;
+        if (!(at[c].cwiseAbs().maxCoeff() < 1e6)) return false;
+        low = low.cwiseMin(at[c]);
+        placed.of_nodes[cell[c]] = at[c];
+        placed.is_used[cell[c]] = 1;
     }
+    Hexahedron& ours = placed.cells.emplace_back();
     int taken = 0;
     for (int c = 0; c < 8; ++c) {
-        int corner = 0;
-        for (int d = 0; d < 3; ++d) {
-            const double offset = places[c][d] - low[d], whole = std::round(offset);
-            if (!(std::abs(offset - whole) < tolerance) || whole > 1) return false;
-            corner |= (whole == 1) << d;
-        }
+        const Vector3 offset = at[c] - low;
+        if (offset.maxCoeff() > 1) return false;
+        const int corner = (offset[0] == 1) | (offset[1] == 1) << 1 | (offset[2] == 1) << 2;
         ours[corner] = cell[c];
         taken |= 1 << corner;
     }
+    HexPlace& at_low = placed.places.emplace_back();
+    for (int d = 0; d < 3; ++d) at_low[d] = static_cast<std::int32_t>(low[d]);
     return taken == 0xff;
+}
+
+/// Moves nodes to the grid that fits them best, as files in single precision round them. Returns
+/// the largest distance that one moved, in cells.
+double fit(TetMesh& mesh, const PlacedCells& placed) {
+    Eigen::Matrix4d sum = Eigen::Matrix4d::Zero();
+    Eigen::Matrix<double, 3, 4> moments = Eigen::Matrix<double, 3, 4>::Zero();
+    const auto row_of = [&](std::size_t n) -> Eigen::Vector4d {
+        return placed.of_nodes[n].homogeneous();
+    };
+    for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
+        if (!placed.is_used[n]) continue;
+        sum += row_of(n) * row_of(n).transpose();
+        moments += mesh.nodes[n] * row_of(n).transpose();
+    }
+    const Eigen::Matrix<double, 3, 4> grid = sum.ldlt().solve(moments.transpose()).transpose();
+    const double cell = grid.leftCols<3>().colwise().norm().minCoeff();
+    std::vector<Vector3> there = mesh.nodes;
+    double farthest = 0;
+    for (std::size_t n = 0; n < there.size(); ++n) {
+        if (!placed.is_used[n]) continue;
+        there[n] = grid * row_of(n);
+        farthest = std::max(farthest, (there[n] - mesh.nodes[n]).norm() / cell);
+    }
+    constexpr double rounding = 1e-9;
+    if (farthest > rounding) mesh.nodes = std::move(there);
+    return farthest;
+}
+
+void check_places(std::vector<HexPlace> places, const std::string& where) {
+    std::ranges::sort(places);
+    if (std::ranges::adjacent_find(places) != places.end())
+        fail("{}: two hexahedra are at one place, expected each place once", where);
 }
 
 }  // namespace
@@ -50,23 +101,33 @@ bool reorder(const TetMesh& mesh, const Hexahedron& cell, const Eigen::Matrix3d&
 TetMesh grid_of_cells(TetMesh mesh, std::span<const Hexahedron> cells,
                       std::span<const std::int32_t> regions, const std::string& where) {
     if (cells.empty()) fail("{}: has no hexahedra, expected at least one", where);
-    const Eigen::Matrix3d axes = edges_of(mesh, cells[0]);
-    const double least_volume = 1e-9 * std::abs(axes.colwise().norm().prod());
+    const Eigen::Matrix3d axes = edges_of(mesh, cells[0]), in_cells = axes.inverse();
+    const Vector3 origin = mesh.nodes[cells[0][0]];
+    const double min_volume = 1e-9 * std::abs(axes.colwise().norm().prod());
+    PlacedCells placed;
+    placed.of_nodes.resize(mesh.nodes.size());
+    placed.is_used.assign(mesh.nodes.size(), 0);
     for (std::size_t e = 0; e < cells.size(); ++e) {
-        const Eigen::Matrix3d edges = edges_of(mesh, cells[e]);
-        const double volume = edges.determinant();
+        const double volume = edges_of(mesh, cells[e]).determinant();
         const Vector3 at = 1e3 * mesh.nodes[cells[e][0]];
-        if (!(volume > least_volume))
+        if (!(volume > min_volume))
             fail(
                 "{}: hexahedron {} at ({:.4g}, {:.4g}, {:.4g}) mm has a volume of {:.3g} mm^3 by "
                 "the edges of its first corner, expected a positive one: corners in VTK's order",
                 where, e, at.x(), at.y(), at.z(), 1e9 * volume);
-        if (!reorder(mesh, cells[e], axes.inverse(), mesh.hexahedra.emplace_back()))
+        if (!place(mesh, cells[e], in_cells, origin, placed))
             fail(
                 "{}: hexahedron {} at ({:.4g}, {:.4g}, {:.4g}) mm has other edges than the first "
                 "one, expected a grid of equal parallelepipeds",
                 where, e, at.x(), at.y(), at.z());
     }
+    check_places(std::move(placed.places), where);
+    if (const double off = fit(mesh, placed); off > 0.01)
+        fail(
+            "{}: a node is {:.2g} of an edge off the grid that fits its hexahedra best, expected a "
+            "grid of equal parallelepipeds",
+            where, off);
+    mesh.hexahedra = std::move(placed.cells);
     mesh.shares.assign(cells.size(), 1);
     (void)hex_level_of(mesh, where);  // throws unless it is a grid
     mesh.tets = tets_of_hexahedra(mesh.hexahedra);

@@ -1,5 +1,9 @@
 #include "io/vtu_file.hpp"
 
+#include <fmt/format.h>
+
+#include <cmath>
+
 #include "base/file.hpp"
 #include "files.hpp"
 #include "mesh/hex_grid.hpp"
@@ -93,6 +97,39 @@ TEST(VtuFile, AGridOfHexahedraAndVoxelsIsRead) {
         }
 }
 
+/// A row of 300 cells of 0.7 mm far from the origin, whose points are rounded to single precision.
+TEST(VtuFile, AGridInSinglePrecisionIsRead) {
+    BoxGrid row;
+    row.points.clear();
+    row.connectivity.clear();
+    std::string offsets, types, regions;
+    constexpr int cells = 300;
+    for (int i = 0; i <= cells; ++i)
+        for (int k = 0; k < 4; ++k)
+            row.points += fmt::format("{} {} {} ", static_cast<float>(-123.4 + 0.7 * i),
+                                      static_cast<float>(-87.3 + 0.7 * (k & 1)),
+                                      static_cast<float>(55.1 + 0.7 * (k >> 1)));
+    for (int i = 0; i < cells; ++i) {
+        const int a = 4 * i, b = a + 4;
+        row.connectivity +=
+            fmt::format("{} {} {} {} {} {} {} {} ", a, b, b + 1, a + 1, a + 2, b + 2, b + 3, a + 3);
+        offsets += fmt::format("{} ", 8 * (i + 1));
+        types += "12 ";
+        regions += "1 ";
+    }
+    const auto replaced = [](std::string text, const std::string& from, const std::string& to) {
+        return text.replace(text.find(from), from.size(), to);
+    };
+    std::string text =
+        replaced(row.text(), "NumberOfPoints=\"12\" NumberOfCells=\"2\"",
+                 fmt::format("NumberOfPoints=\"{}\" NumberOfCells=\"{}\"", 4 * (cells + 1), cells));
+    text = replaced(text, ">8 16<", ">" + offsets + "<");
+    text = replaced(text, ">12 11<", ">" + types + "<");
+    const TetMesh mesh = read(replaced(text, ">7 9<", ">" + regions + "<"));
+    EXPECT_EQ(hex_level_of(mesh, "row").links.size(), cells - 1U);
+    EXPECT_NEAR(volume(mesh), cells * std::pow(0.7e-3, 3), 1e-5 * volume(mesh));
+}
+
 TEST(VtuFile, HexahedraThatAreNoGridAreRefused) {
     const auto refused = [](const std::string& from, const std::string& to,
                             const std::string& expected) {
@@ -107,6 +144,7 @@ TEST(VtuFile, HexahedraThatAreNoGridAreRefused) {
     refused("20 20 30", "20 20 31", "equal parallelepipeds");                    // no box
     refused("1 4 3 0 7 10 9 6", "7 10 9 6 1 4 3 0", "expected a positive one");  // inside out
     refused("1 4 3 0 7 10 9 6", "1 4 3 0 1 4 3 0", "expected a positive one");   // flat
+    refused("1 2 4 5 7 8 10 11", "0 1 3 4 6 7 9 10", "two hexahedra are at one place");
     Grid mixed;
     mixed.types = "10 10 12";
     EXPECT_NE(error_of([&] { read(mixed.text()); }).find("expected"), std::string::npos);
