@@ -270,7 +270,7 @@ void SinglePrecisionMultigrid::factor_coarsest() {
     const float largest = std::max(dense_.diagonal().maxCoeff(), 1e-30F);
     for (Eigen::Index i = 0; i < dense_.rows(); ++i)
         if (level.inverse_scale[i] == 0) dense_(i, i) = largest;
-    factor_.compute(dense_);
+    [[maybe_unused]] const Eigen::LLT<Eigen::Ref<Eigen::MatrixXf>> in_place(dense_);
 }
 
 void SinglePrecisionMultigrid::descend(std::size_t l) {
@@ -279,7 +279,8 @@ void SinglePrecisionMultigrid::descend(std::size_t l) {
         const auto n = static_cast<Eigen::Index>(3 * level.nodes());
         Eigen::Map<Eigen::VectorXf> x(level.x.data(), n);
         x = Eigen::Map<const Eigen::VectorXf>(level.b.data(), n);
-        factor_.solveInPlace(x);
+        dense_.triangularView<Eigen::Lower>().solveInPlace(x);
+        dense_.triangularView<Eigen::Lower>().transpose().solveInPlace(x);
         return;
     }
     level.smooth(smoothing_steps_, true);

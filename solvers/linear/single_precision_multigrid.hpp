@@ -62,10 +62,9 @@ class SinglePrecisionMultigrid final : public LiveCycle {
     std::vector<std::unique_ptr<Level>> levels_;
     std::vector<const BarycentricMap*> maps_;
     int smoothing_steps_;
-    Eigen::MatrixXf dense_;  ///< the coarsest operator
-    Eigen::LLT<Eigen::MatrixXf> factor_;
-    double s_ = 0, m_ = 0;           ///< of the coarsest inverse
-    double s_now_ = 1;               ///< of the other levels' operators
+    Eigen::MatrixXf dense_;  ///< below and on its diagonal: the factor L of the coarsest operator
+    double s_ = 0, m_ = 0;   ///< of the coarsest factor
+    double s_now_ = 1;       ///< of the other levels' operators
     Renewal half_ = Renewal::whole;  ///< that was written last of the finest level
     bool fresh_ = true;              ///< constraints are new: bounds and inverse must be made
 };
