@@ -134,7 +134,8 @@ class FrontRun {
             row_.worst = std::max(row_.worst, error);
             ++count_;
         }
-        if (depth > 0.999 * press) row_.volume = std::max(row_.volume, volume_change());
+        if (depth > 0.999 * press)
+            row_.volume_change = std::max(row_.volume_change, volume_change());
     }
 
     void timed(const TrackerSample& sample) {
@@ -168,7 +169,8 @@ class FrontRun {
         const auto fields = follower_.body().tet_fields();
         double whole = 0, change = 0;
         for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
-            const double part = signed_volume(mesh, mesh.tets[e]);
+            const double share = mesh.shares.empty() ? 1 : mesh.shares[e / tets_per_hexahedron];
+            const double part = share * signed_volume(mesh, mesh.tets[e]);
             whole += part;
             change += fields[e].volume_change * part;
         }
@@ -268,7 +270,7 @@ void print_front(const std::vector<FrontRow>& rows) {
             1e3 * t.cpu_s, fmt::format("{}+{}", t.switched, t.others_switched),
             t.steal_s ? fmt::format("{:.2f}", *t.steal_s) : "not told", 1e3 * r.forces_s,
             1e3 * r.operator_s, 1e3 * r.solve_s, 1e3 * r.solver, 1e3 * r.rms, 100 * r.rms / press,
-            100 * r.volume);
+            100 * r.volume_change);
         least = std::min(least, t.all.count);
         fewest = std::min(fewest, t.with_cores.count);
     }
@@ -297,7 +299,7 @@ nlohmann::json json_of(const std::vector<FrontRow>& rows) {
                         {"solver_error_m", r.solver},
                         {"error_rms_m", r.rms},
                         {"error_worst_m", r.worst},
-                        {"volume_change", r.volume}});
+                        {"volume_change", r.volume_change}});
     return list;
 }
 

@@ -25,7 +25,8 @@ struct FrontRow {
     double solver = 0;  ///< RMS over nodes, of the distance from the converged frame, m
     double rms = 0;     ///< RMS over targets and frames, of the distance from the truth, m
     double worst = 0;   ///< of the same distances, m
-    double volume = 0;  ///< largest change of the body's volume at the deepest press, share of it
+    double volume_change =
+        0;  ///< largest change of the body's volume at the deepest press, share of it
     bool on_front = false;  ///< no row is both faster (median) and has a smaller error (rms)
 };
 

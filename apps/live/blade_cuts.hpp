@@ -45,11 +45,14 @@ class BladeCuts {
 
     /// Whether something was cut that should be opened now.
     bool is_due(double time_s) const;
-    /// The mesh with all that was cut open; `levels`: as they are now. Call `keep` or `undo` then.
-    /// Crumbs stay with a neighbour: a blade that trembles would crumble what it touches.
+    /// The mesh with all that was cut open; `levels`: as they are now. Call `keep`, `put_off` or
+    /// `undo` then. Crumbs stay with a neighbour: a blade that trembles would crumble what it
+    /// touches.
     OpenedLevels open(const std::vector<TetMesh>& levels) { return cuttable_->open(levels); }
-    /// What was cut so far has been opened, or opens no gap.
+    /// What was cut so far has been opened.
     void keep();
+    /// What was cut so far opens no gap: it waits for what is cut next.
+    void put_off() { pending_s_.reset(); }
     /// Forgets what was cut since the last `keep`.
     void undo();
     /// Number of pairs of neighbouring cells that were parted.

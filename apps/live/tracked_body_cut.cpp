@@ -76,7 +76,7 @@ void TrackedBody::open_cuts() {
     BladeCuts& cuts = cutting_->cuts;
     OpenedLevels opened = cuts.open(body_.hierarchy.levels);
     const std::vector<std::int32_t>& originals = opened.nodes.originals;
-    if (originals.empty()) return cuts.keep();
+    if (originals.empty()) return cuts.put_off();
     const std::size_t first = body_.mesh().nodes.size();
     Scene listed = cutting_->listed;
     add_copies_to_lists(listed, first, originals);

@@ -335,7 +335,7 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, SceneMesh mesh, Use use,
     if (with_mesh) with_mesh(body.mesh(), taken.levels);
     body.body =
         std::make_unique<DeformableBody>(std::move(taken.levels), model, scene.time, taken.options);
-    const bool is_cut_later = scene.track && has_blades(*scene.track);
+    const bool is_cut_later = use == Use::track && scene.track && has_blades(*scene.track);
     if (body.body->linear_solver().kind() != SolverKind::live && !is_cut_later)
         drop_coarser_meshes(body.hierarchy);  // the body has its own part of them
     if (is_shared) give_back_memory();

@@ -13,7 +13,7 @@ namespace livetet {
 enum class MeshKind { image, surface, tets, hierarchy };
 MeshKind kind_of(const std::filesystem::path& file);
 
-/// Whether this names a tetrahedral mesh: .h5, .msh and, with VTK, .vtu.
+/// Whether this names a mesh of tets or hexahedra: .h5, .msh and, with VTK, .vtu.
 bool is_tet_mesh_name(const std::filesystem::path& path);
 
 /// The kinds of file that a key of the mesh block, or an option of `livetet mesh`, applies to.

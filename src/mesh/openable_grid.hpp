@@ -1,8 +1,10 @@
 #pragma once
 
 #include <string>
+#include <utility>
 
 #include "mesh/hex_cut.hpp"
+#include "mesh/link_cuts.hpp"
 #include "mesh/openable_mesh.hpp"
 #include "mesh/rest_places.hpp"
 

@@ -1,12 +1,10 @@
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
 
-#include "base/disjoint_sets.hpp"
 #include "mesh/hierarchy.hpp"
 #include "mesh/opened_nodes.hpp"
 
@@ -20,8 +18,9 @@ struct OpenedLevels {
 
 /// A mesh that opens, cut by cut, between cells whose middles are on different sides of surfaces at
 /// rest. Cells stay as they are, and keep their numbers, so that cuts may come in any order and may
-/// overlap; nodes double. Sides are decided as by SegmentCrossings: a surface without holes leaves
-/// none, also if it comes in parts that have the coordinates of their common edges to the bit.
+/// overlap; nodes double. Sides are decided exactly, by SegmentCrossings or LinkCrossings: a
+/// surface without holes leaves none, also if it comes in parts that have the coordinates of their
+/// common edges to the bit.
 class OpenableMesh {
   public:
     virtual ~OpenableMesh() = default;
@@ -40,7 +39,7 @@ class OpenableMesh {
     /// Crumbs that were cut off since the last `keep`, of fewer than two hexahedra or six tets,
     /// stay with a neighbour.
     virtual OpenedLevels open(const std::vector<TetMesh>& levels) = 0;
-    /// What was cut so far has been opened, or opens no gap.
+    /// What was cut so far has been opened.
     virtual void keep() = 0;
     /// Forgets what was cut since the last `keep`.
     virtual void undo() = 0;
@@ -50,39 +49,5 @@ class OpenableMesh {
 
 /// The mesh of a hierarchy as it was loaded: a grid, or all levels of tets of four nodes.
 std::unique_ptr<OpenableMesh> openable_mesh(const std::vector<TetMesh>& levels);
-
-/// Which pairs of neighbours are cut: one entry a link. Links are of any kind with `lower` and
-/// `upper`, the cells that they join.
-struct LinkCuts {
-    std::vector<std::uint8_t> cut, kept;
-
-    explicit LinkCuts(std::size_t links) : cut(links, 0), kept(cut) {}
-    void keep() { kept = cut; }
-    void undo() { cut = kept; }
-    std::size_t parted() const { return static_cast<std::size_t>(std::ranges::count(kept, 1)); }
-
-    /// Restores a link of each piece of fewer than `least` cells that was cut off since the last
-    /// `keep`, to a piece that is larger.
-    template <class Link>
-    void rejoin_small_pieces(const std::vector<Link>& links, std::size_t cells, int least) {
-        DisjointSets pieces(cells);
-        for (std::size_t l = 0; l < cut.size(); ++l)
-            if (!cut[l]) pieces.join(links[l].lower, links[l].upper);
-        std::vector<int> size(cells, 0);
-        for (std::size_t c = 0; c < cells; ++c) ++size[pieces.find(static_cast<std::int32_t>(c))];
-        for (bool is_any = true; is_any;) {
-            is_any = false;
-            for (std::size_t l = 0; l < cut.size(); ++l) {
-                if (!cut[l] || kept[l]) continue;
-                const auto a = pieces.find(links[l].lower), b = pieces.find(links[l].upper);
-                if (a == b || (size[a] < least) == (size[b] < least)) continue;
-                cut[l] = 0;
-                pieces.join(a, b);
-                size[pieces.find(a)] = size[a] + size[b];
-                is_any = true;
-            }
-        }
-    }
-};
 
 }  // namespace livetet

@@ -5,12 +5,12 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <utility>
 
 #include "mesh/movable_nodes.hpp"
 #include "mesh/node_copies.hpp"
-#include "mesh/openable_grid.hpp"
 #include "mesh/rest_iteration.hpp"
 #include "mesh/segment_crossings.hpp"
 #include "mesh/tet_frame.hpp"
@@ -73,7 +73,7 @@ std::vector<MovedNode> move_onto_cut(
     for (const auto& [node, points] : crossings) {
         if (after[node] == before[node]) continue;
         MovedNode& m = moved.emplace_back(MovedNode{node, after[node] - before[node], {}, {}});
-        double best = -1e300;
+        double best = -std::numeric_limits<double>::infinity();
         for (const std::int32_t e : movable.tets_at(node)) {
             const auto weights = frame_of(mesh, mesh.tets[e]).weights(after[node]);
             const double least = *std::ranges::min_element(weights);
@@ -92,7 +92,15 @@ std::vector<MovedNode> move_onto_cut(
 OpenableTets::Level OpenableTets::level_of(const TetMesh& mesh) {
     std::vector<TetLink> links = links_of(mesh.tets);
     const std::size_t count = links.size();
-    Level level{{}, std::move(links), LinkCuts(count), std::vector<Vector3>(count), {}, {}};
+    Level level{{mesh.nodes.front(), mesh.nodes.front()},
+                {},
+                std::move(links),
+                LinkCuts(count),
+                std::vector<Vector3>(count),
+                {},
+                {}};
+    for (const Vector3& x : mesh.nodes)
+        level.box = {level.box[0].cwiseMin(x), level.box[1].cwiseMax(x)};
     level.was_parted.assign(mesh.nodes.size(), 0);
     level.is_parted = level.was_parted;
     for (const auto& [a, b, c, d] : mesh.tets)
@@ -138,7 +146,8 @@ std::size_t OpenableTets::cut(const TriangleMesh& surface) {
     Eigen::AlignedBox3d box;
     for (const Vector3& x : surface.nodes) box.extend(x);
     for (Level& level : levels_) {
-        const SegmentCrossings crossings(surface, level.middles, where_);
+        const SegmentCrossings crossings(surface, level.box, where_);
+        if (!box.intersects(Eigen::AlignedBox3d(level.box[0], level.box[1]))) continue;
         for (std::size_t l = 0; l < level.links.size(); ++l) {
             const Vector3 &from = level.middles[level.links[l].lower],
                           &to = level.middles[level.links[l].upper];
@@ -202,12 +211,6 @@ void OpenableTets::undo() {
         level.cuts.undo();
         level.is_parted = level.was_parted;
     }
-}
-
-std::unique_ptr<OpenableMesh> openable_mesh(const std::vector<TetMesh>& levels) {
-    constexpr const char* name = "the tracked body";
-    if (levels.front().hexahedra.empty()) return std::make_unique<OpenableTets>(levels, name);
-    return std::make_unique<OpenableGrid>(levels.front(), name);
 }
 
 }  // namespace livetet

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <array>
 #include <string>
 
+#include "mesh/link_cuts.hpp"
 #include "mesh/openable_mesh.hpp"
 #include "mesh/point_locator.hpp"
 #include "mesh/tet_links.hpp"
@@ -12,7 +14,7 @@ namespace livetet {
 ///
 /// A link between two tets is cut where the segment between their middles, as they were loaded,
 /// crosses the surface. Faces of cut links open. A node that is doubled for the first time moves
-/// onto the plane nearest to the crossings around it, as far as the angles allow (CutNodes).
+/// onto the plane nearest to the crossings around it, as far as the angles allow (MovableNodes).
 class OpenableTets : public OpenableMesh {
   public:
     OpenableTets(const std::vector<TetMesh>& levels, std::string where);
@@ -28,6 +30,7 @@ class OpenableTets : public OpenableMesh {
 
   private:
     struct Level {
+        std::array<Vector3, 2> box;    ///< of the nodes as loaded: its lower and upper corners
         std::vector<Vector3> middles;  ///< of the tets as loaded
         std::vector<TetLink> links;
         LinkCuts cuts;

@@ -134,11 +134,13 @@ std::vector<std::array<Vector3, 2>> border_of(const PlanePatch& patch) {
 std::vector<std::array<Vector3, 2>> border_of(const std::vector<LatticeTriangle>& triangles,
                                               const auto& place) {
     std::map<std::array<LatticePoint, 2>, int> count;
-    for (const LatticeTriangle& t : triangles)
+    for (const LatticeTriangle& t : triangles) {
+        if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;  // no more than an edge
         for (int k = 0; k < 3; ++k) {
             const auto& [low, high] = std::minmax(t[k], t[(k + 1) % 3]);
             ++count[{low, high}];
         }
+    }
     std::vector<std::array<Vector3, 2>> edges;
     for (const auto& [edge, times] : count)
         if (times == 1) edges.push_back({place(edge[0]), place(edge[1])});

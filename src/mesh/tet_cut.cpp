@@ -18,6 +18,7 @@ namespace {
 /// A node moves onto the surface where that crosses an edge within this share of its length; other
 /// edges are split at least as far from their ends.
 constexpr double snapped_share = 0.3;
+
 /// The groups of a tet's corners that edges which are not crossed hold together: the bits of that
 /// of corner 0, or 0 unless there are two.
 int group_of_first(const std::array<bool, 6>& is_crossed) {
@@ -77,17 +78,25 @@ class SurfaceEnds {
     /// `shares`: of each edge the share at which it is crossed; below 0: it is not.
     void go_on(std::vector<double>& shares) const {
         const std::vector<double> before = shares;
+        // The edges of tets that the surface itself parts stay as they are.
+        std::vector<std::uint8_t> is_settled(shares.size(), 0);
+        for (const Tet& t : mesh_.tets) {
+            const auto numbers = edges_of(edges_, t);
+            if (group_by_edges(numbers, before) == 0) continue;
+            for (const std::int32_t n : numbers) is_settled[n] = 1;
+        }
         for (const Tet& t : mesh_.tets) {
             const auto numbers = edges_of(edges_, t);
             const auto is_crossed = [&](std::int32_t n) { return before[n] >= 0; };
             if (std::ranges::any_of(numbers, is_crossed) && group_by_edges(numbers, before) == 0)
-                go_on_in(t, numbers, before, shares);
+                go_on_in(t, numbers, before, is_settled, shares);
         }
     }
 
   private:
     void go_on_in(const Tet& t, const std::array<std::int32_t, 6>& numbers,
-                  const std::vector<double>& before, std::vector<double>& shares) const {
+                  const std::vector<double>& before, const std::vector<std::uint8_t>& is_settled,
+                  std::vector<double>& shares) const {
         Vector3 point = Vector3::Zero(), normal = Vector3::Zero();
         int crossed = 0;
         for (int k = 0; k < 6; ++k) {
@@ -117,7 +126,8 @@ class SurfaceEnds {
         const Vector3 aside = length / 4 * normal;
         if (!crossings_.between(middle - aside, middle + aside).parts()) return;
         for (int k = 0; k < 6; ++k)
-            if (found[k] >= 0 && before[numbers[k]] < 0) shares[numbers[k]] = found[k];
+            if (found[k] >= 0 && before[numbers[k]] < 0 && !is_settled[numbers[k]])
+                shares[numbers[k]] = found[k];
     }
 
     const TetMesh& mesh_;

@@ -21,7 +21,8 @@ std::vector<TetLink> links_of(std::span<const Tet> tets) {
     std::ranges::sort(faces);
     std::vector<TetLink> links;
     for (std::size_t f = 1; f < faces.size(); ++f)
-        if (faces[f - 1].first == faces[f].first)
+        if (faces[f - 1].first == faces[f].first &&
+            !std::ranges::is_permutation(tets[faces[f - 1].second], tets[faces[f].second]))
             links.push_back({faces[f - 1].second, faces[f].second});
     return links;
 }

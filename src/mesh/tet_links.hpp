@@ -13,7 +13,8 @@ struct TetLink {
     std::int32_t lower = 0, upper = 0;
 };
 
-/// The links of tets, by their faces' nodes. O(n log(n)).
+/// The links of tets, by their faces' nodes; none between tets of the same four nodes.
+/// O(n log(n)).
 std::vector<TetLink> links_of(std::span<const Tet> tets);
 
 /// Doubles the nodes of open faces around which links that are not cut no longer join all tets: the

@@ -119,8 +119,9 @@ class SensorPatch {
                  std::span<const Eigen::Vector3d> displacement, double farthest);
 
     /// A cut changed nodes of the mesh: those of the patch that moved follow the sensor at their
-    /// new places, and copies of its nodes join it. `first`: number of the first copy, after all
-    /// other nodes. The ring around the patch keeps its nodes.
+    /// new places, as if the body was not strained when the sensor was placed, and copies of its
+    /// nodes join it. `first`: number of the first copy, after all other nodes. The ring around the
+    /// patch keeps its nodes.
     void follow_cut(std::size_t first, const OpenedNodes& opened);
 
     const std::vector<std::int32_t>& nodes() const { return nodes_; }

@@ -158,5 +158,33 @@ TEST(OpenableTets, PointsOfADeformedBodyAreFoundAtRest) {
     EXPECT_NEAR(tets.cell_edge(), 0.012, 0.002);
 }
 
+struct Link {
+    std::int32_t lower, upper;
+};
+
+/// Six cells in a row.
+TEST(LinkCuts, SmallPiecesHangTogetherWithALargerOneOrWithEachOther) {
+    const std::vector<Link> links{{0, 1}, {1, 2}, {2, 3}, {3, 4}, {4, 5}};
+    LinkCuts cuts(links.size());
+    cuts.cut = {0, 1, 0, 0, 1};  // 2 + 3 + 1 cells
+    cuts.rejoin_small_pieces(links, 6, 3);
+    EXPECT_EQ(cuts.cut, (std::vector<std::uint8_t>{0, 0, 0, 0, 0}));
+    cuts.cut = {0, 0, 1, 0, 0};
+    cuts.rejoin_small_pieces(links, 6, 3);
+    cuts.keep();  // 3 + 3
+    EXPECT_EQ(cuts.parted(), 1U);
+    cuts.cut[0] = 1;  // what was cut off is cut again, into crumbs
+    cuts.rejoin_small_pieces(links, 6, 3);
+    EXPECT_EQ(cuts.cut, cuts.kept);
+}
+
+/// Tets that a file lists twice are no neighbours of each other.
+TEST(TetLinks, TheSameTetTwiceIsNoLink) {
+    const std::vector<Tet> tets{{0, 1, 2, 3}, {1, 2, 3, 4}, {1, 0, 3, 2}};
+    for (const auto& [lower, upper] : links_of(tets)) {
+        EXPECT_TRUE(lower == 1 || upper == 1) << lower << " " << upper;
+    }
+}
+
 }  // namespace
 }  // namespace livetet

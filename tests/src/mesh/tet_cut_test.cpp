@@ -124,6 +124,19 @@ TEST(TetCut, ACutEndsWhereItsSurfaceEnds) {
     }
 }
 
+/// A triangle that is no more than a point or an edge does not end a surface.
+TEST(TetCut, FlatTrianglesHaveNoBorder) {
+    TriangleMesh square;
+    square.nodes = {{0, 0, 0.5}, {1, 0, 0.5}, {1, 1, 0.5}, {0, 1, 0.5}, {0.5, 0.5, 0.5}};
+    square.triangles = {{0, 1, 2}, {2, 3, 0}, {4, 4, 4}, {0, 2, 2}};
+    const TetMesh box = test::block({2, 2, 2}, unit_sides);
+    const SegmentCrossings crossings(square, box.nodes, "square");
+    EXPECT_FALSE(crossings.nearest_on_border({0.5, 0.5, 0.5}, 0.4));
+    const auto nearest = crossings.nearest_on_border({0.5, 0.1, 0.5}, 0.4);
+    ASSERT_TRUE(nearest);
+    EXPECT_LT((*nearest - Vector3(0.5, 0, 0.5)).norm(), 1e-8);
+}
+
 /// A disc inside opens, and the body still hangs together; one beside it changes nothing.
 TEST(TetCut, ADiscEndsInside) {
     const TetMesh box = test::block({8, 8, 8}, unit_sides);
