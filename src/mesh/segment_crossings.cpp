@@ -109,7 +109,7 @@ Vector3 normal_of(const LatticeTriangle& t) {
 }
 
 /// The edges of the border of a parallelogram or, but for 0.1 % of its radius, a disc.
-std::vector<std::array<Vector3, 2>> border_of(const PlanePatch& patch) {
+SurfaceBorder border_of(const PlanePatch& patch) {
     std::vector<Vector3> corners;
     if (patch.edges) {
         const auto& [a, b] = *patch.edges;
@@ -124,15 +124,14 @@ std::vector<std::array<Vector3, 2>> border_of(const PlanePatch& patch) {
                               *patch.radius * (std::cos(angle) * a + std::sin(angle) * b));
         }
     }
-    std::vector<std::array<Vector3, 2>> edges;
+    SurfaceBorder edges;
     for (std::size_t k = 0; k < corners.size(); ++k)
         edges.push_back({corners[k], corners[(k + 1) % corners.size()]});
     return edges;
 }
 
 /// The edges that belong to one triangle. Those with the same places of their ends are one edge.
-std::vector<std::array<Vector3, 2>> border_of(const std::vector<LatticeTriangle>& triangles,
-                                              const auto& place) {
+SurfaceBorder border_of(const std::vector<LatticeTriangle>& triangles, const auto& place) {
     std::map<std::array<LatticePoint, 2>, int> count;
     for (const LatticeTriangle& t : triangles) {
         if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;  // no more than an edge
@@ -141,7 +140,7 @@ std::vector<std::array<Vector3, 2>> border_of(const std::vector<LatticeTriangle>
             ++count[{low, high}];
         }
     }
-    std::vector<std::array<Vector3, 2>> edges;
+    SurfaceBorder edges;
     for (const auto& [edge, times] : count)
         if (times == 1) edges.push_back({place(edge[0]), place(edge[1])});
     return edges;
@@ -178,7 +177,6 @@ SegmentCrossings::SegmentCrossings(const CutSurface& surface, std::span<const Ve
         patch_ = *patch;
         patch_.normal.normalize();
         rounding_ = 1e-12 * side;
-        border_ = border_of(patch_);
         return;
     }
     const auto& mesh = std::get<TriangleMesh>(surface);
@@ -203,9 +201,6 @@ SegmentCrossings::SegmentCrossings(const CutSurface& surface, std::span<const Ve
         triangles_->lattice.push_back(corners);
         boxes.push_back(around);
     }
-    border_ = border_of(triangles_->lattice, [&](const LatticePoint& p) -> Vector3 {
-        return triangles_->corner + triangles_->step * place_of(p);
-    });
     triangles_->tree.init(numbers.begin(), numbers.end(), boxes.begin(), boxes.end());
 }
 
@@ -220,9 +215,16 @@ SegmentCrossing SegmentCrossings::with_patch(const Vector3& from, const Vector3&
     return {1, std::clamp(share, 0.0, 1.0), patch_.normal};
 }
 
-std::optional<Vector3> SegmentCrossings::nearest_on_border(const Vector3& x, double within) const {
+SurfaceBorder SegmentCrossings::border() const {
+    if (!triangles_) return border_of(patch_);
+    return border_of(triangles_->lattice, [&](const LatticePoint& p) -> Vector3 {
+        return triangles_->corner + triangles_->step * place_of(p);
+    });
+}
+
+std::optional<Vector3> nearest_on(const SurfaceBorder& border, const Vector3& x, double within) {
     std::optional<Vector3> nearest;
-    for (const auto& [a, b] : border_) {
+    for (const auto& [a, b] : border) {
         const Vector3 way = b - a;
         const double length = way.squaredNorm();
         const double share = length > 0 ? std::clamp((x - a).dot(way) / length, 0.0, 1.0) : 0;

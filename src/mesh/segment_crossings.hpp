@@ -21,6 +21,12 @@ struct SegmentCrossing {
     bool parts() const { return count % 2 != 0; }
 };
 
+/// The edges at which a surface ends: of each its ends, m.
+using SurfaceBorder = std::vector<std::array<Vector3, 2>>;
+
+/// The point of a border that is nearest to `x`, if one is within a distance, m. O(edges).
+std::optional<Vector3> nearest_on(const SurfaceBorder& border, const Vector3& x, double within);
+
 /// Finds where segments between points of a body cross a surface.
 ///
 /// Each point is on one side of a surface, also where it lies on it: then that of a plane's normal;
@@ -39,14 +45,12 @@ class SegmentCrossings {
 
     /// Of the segment between two points, m. O(1) for a patch, O(log(triangles)) otherwise.
     SegmentCrossing between(const Vector3& from, const Vector3& to) const;
-    /// The point of the surface's border that is nearest to `x`, if one is within a distance, m.
-    /// O(edges of the border).
-    std::optional<Vector3> nearest_on_border(const Vector3& x, double within) const;
+    /// The surface's border. O(triangles log(triangles)).
+    SurfaceBorder border() const;
 
   private:
     SegmentCrossing with_patch(const Vector3& from, const Vector3& to) const;
 
-    std::vector<std::array<Vector3, 2>> border_;
     PlanePatch patch_;
     double rounding_ = 0;  ///< m
     struct Triangles;

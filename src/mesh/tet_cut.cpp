@@ -277,11 +277,9 @@ class OpenFaces {
     const std::vector<std::uint8_t>& on_surface_;
 };
 
-/// Step 4: moves the nodes of open faces that stay whole onto the surface's border.
+/// Step 4: moves the nodes of open faces that are not `doubled` onto the surface's border.
 void move_front(TetMesh& mesh, std::span<const TetLink> links, std::span<const std::uint8_t> is_cut,
-                const SegmentCrossings& crossings) {
-    std::vector<Tet> parted = mesh.tets;
-    const auto originals = part_nodes(parted, mesh.nodes.size(), links, is_cut);
+                std::span<const std::int32_t> doubled, const SurfaceBorder& border) {
     std::map<std::int32_t, double> front;  // by node: the longest edge of open faces there
     for (std::size_t l = 0; l < links.size(); ++l) {
         if (!is_cut[l]) continue;
@@ -292,12 +290,12 @@ void move_front(TetMesh& mesh, std::span<const TetLink> links, std::span<const s
                 if (n != near && m != near)
                     front[n] = std::max(front[n], (mesh.nodes[n] - mesh.nodes[m]).norm());
     }
-    for (const std::int32_t n : originals) front.erase(n);
+    for (const std::int32_t n : doubled) front.erase(n);
     MovableNodes movable(mesh);
     for (const auto& [node, edge] : front) {
-        const auto border = crossings.nearest_on_border(mesh.nodes[node], edge);
-        if (border && movable.keeps_boundary(node, *border - mesh.nodes[node]))
-            movable.move(node, *border - mesh.nodes[node]);
+        const auto end = nearest_on(border, mesh.nodes[node], edge);
+        if (end && movable.keeps_boundary(node, *end - mesh.nodes[node]))
+            movable.move(node, *end - mesh.nodes[node]);
     }
 }
 
@@ -306,11 +304,12 @@ std::size_t open_cut(TetMesh& mesh, const OpenFaces& faces, const SegmentCrossin
     const std::vector<TetLink> links = links_of(mesh.tets);
     std::vector<std::uint8_t> is_cut;
     for (const TetLink& link : links) is_cut.push_back(faces.is_open(mesh.tets, link));
-    move_front(mesh, links, is_cut, crossings);  // step 4: while the faces hang together
-    const TetMesh before = mesh.triangle_sets.empty() ? TetMesh{} : mesh;
-    const auto originals = part_nodes(mesh.tets, mesh.nodes.size(), links, is_cut);
+    std::vector<Tet> parted = mesh.tets;
+    const auto originals = part_nodes(parted, mesh.nodes.size(), links, is_cut);
+    move_front(mesh, links, is_cut, originals, crossings.border());  // while faces hang together
+    mesh.triangle_sets = moved_sets(mesh, parted);
+    mesh.tets = std::move(parted);
     append_copies(mesh, originals);
-    if (!before.triangle_sets.empty()) mesh.triangle_sets = moved_sets(before, mesh.tets);
     return originals.size();
 }
 

@@ -131,8 +131,9 @@ TEST(TetCut, FlatTrianglesHaveNoBorder) {
     square.triangles = {{0, 1, 2}, {2, 3, 0}, {4, 4, 4}, {0, 2, 2}};
     const TetMesh box = test::block({2, 2, 2}, unit_sides);
     const SegmentCrossings crossings(square, box.nodes, "square");
-    EXPECT_FALSE(crossings.nearest_on_border({0.5, 0.5, 0.5}, 0.4));
-    const auto nearest = crossings.nearest_on_border({0.5, 0.1, 0.5}, 0.4);
+    const SurfaceBorder border = crossings.border();
+    EXPECT_FALSE(nearest_on(border, {0.5, 0.5, 0.5}, 0.4));
+    const auto nearest = nearest_on(border, {0.5, 0.1, 0.5}, 0.4);
     ASSERT_TRUE(nearest);
     EXPECT_LT((*nearest - Vector3(0.5, 0, 0.5)).norm(), 1e-8);
 }
