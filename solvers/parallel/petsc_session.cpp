@@ -49,6 +49,7 @@ PetscSession::PetscSession(std::string program, std::vector<std::string> petsc_a
     pointers.push_back(nullptr);
     int count = static_cast<int>(arguments_.size());
     char** values = pointers.data();
+    PETSC_MPI_THREAD_REQUIRED = MPI_THREAD_SERIALIZED;  // see SlicedTask
     LIVETET_PETSC(PetscInitialize(&count, &values, nullptr, nullptr));
     LIVETET_PETSC(PetscPushErrorHandler(PetscIgnoreErrorHandler, nullptr));
     MPI_Comm_rank(PETSC_COMM_WORLD, &rank_);
