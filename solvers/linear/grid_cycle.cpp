@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/sliced_task.hpp"
 #include "mesh/hex_transfer.hpp"
 
 namespace livetet {
@@ -86,23 +87,55 @@ struct GridCycle::Level {
     }
 };
 
+namespace {
+
+/// Of each node those of its cells, with itself, rising.
+Lists neighbours_of(std::span<const Hexahedron> cells, std::size_t nodes) {
+    Lists lists = make_lists(nodes, [&](auto&& add) {
+        for (const Hexahedron& cell : cells)
+            for (const std::int32_t n : cell)
+                for (const std::int32_t other : cell) add(n, other);
+    });
+    sort_and_unique(lists);
+    return lists;
+}
+
+/// Groups of nodes of which no two have a neighbour in common: some 27, as in a grid without cuts.
+std::vector<std::vector<std::int32_t>> apart(const Lists& neighbours) {
+    const std::size_t nodes = neighbours.start.size() - 1;
+    std::vector<std::vector<std::int32_t>> groups;
+    std::vector<std::size_t> group_of(nodes, nodes);
+    std::vector<std::size_t> taken_by(nodes + 1, nodes);  // of each group: the last node near it
+    for (std::size_t n = 0; n < nodes; ++n) {
+        for (const std::int32_t between : neighbours[n])
+            for (const std::int32_t other : neighbours[between]) taken_by[group_of[other]] = n;
+        std::size_t group = 0;
+        while (group < groups.size() && taken_by[group] == n) ++group;
+        if (group == groups.size()) groups.emplace_back();
+        groups[group].push_back(static_cast<std::int32_t>(n));
+        group_of[n] = group;
+    }
+    return groups;
+}
+
+}  // namespace
+
 GridCycle::GridCycle(std::vector<LevelAssembler*> levels, std::span<const HexLevel> grids,
                      int smoothing_steps, ThreadTeam& team)
     : team_(team), smoothing_steps_(smoothing_steps) {
     for (std::size_t l = 0; l < levels.size(); ++l) {
         levels_.push_back(std::make_unique<Level>(*levels[l], smoothing_steps, team));
         if (l > 0) levels_[l]->connect(grids[l - 1], grids[l]);
+        pause_point();
     }
+    const LevelAssembler& coarsest = levels_.back()->level;
+    coarsest_neighbours_ = neighbours_of(coarsest.share().hexahedra, levels_.back()->nodes());
+    coarsest_groups_ = apart(coarsest_neighbours_);
 }
 
 GridCycle::~GridCycle() = default;
 
 void GridCycle::set_constrained() {
-    for (auto& level : levels_) level->smoother.forget_bound();
-    set_springs();
-}
-
-void GridCycle::set_springs() {
     for (auto& level : levels_) level->A.set_constrained();
     is_new_ = true;
 }
@@ -143,20 +176,25 @@ RenewalExtent GridCycle::update(const ElementRotations& at, double s, double m, 
     return RenewalExtent::whole;
 }
 
+/// Columns of nodes that are apart come from one product: each of its rows is of one of them.
 void GridCycle::factor_coarsest() {
     Level& level = *levels_.back();
     const auto n = static_cast<Eigen::Index>(level.A.components());
-    Eigen::MatrixXf matrix(n, n);
-    std::vector<float>& x = level.smoother.x();
+    Eigen::MatrixXf matrix = Eigen::MatrixXf::Zero(n, n);
+    std::vector<float>&x = level.smoother.x(), &product = level.r;
     std::fill(x.begin(), x.end(), 0.0F);
     const auto free = level.A.free();
-    for (Eigen::Index j = 0; j < n; ++j) {
-        x[j] = free[j];
-        level.A.visit_positive(x, [&](std::size_t i, float Ax) {
-            matrix(static_cast<Eigen::Index>(i), j) = free[i] * Ax;
-        });
-        x[j] = 0;
-    }
+    for (const std::vector<std::int32_t>& group : coarsest_groups_)
+        for (int axis = 0; axis < 3; ++axis) {
+            for (const std::int32_t node : group) x[3 * node + axis] = free[3 * node + axis];
+            level.A.visit_positive(x, [&](std::size_t i, float Ax) { product[i] = free[i] * Ax; });
+            for (const std::int32_t node : group) {
+                for (const std::int32_t row : coarsest_neighbours_[node])
+                    for (int c = 0; c < 3; ++c)
+                        matrix(3 * row + c, 3 * node + axis) = product[3 * row + c];
+                x[3 * node + axis] = 0;
+            }
+        }
     const float largest = std::max(matrix.diagonal().maxCoeff(), 1e-30F);
     for (Eigen::Index i = 0; i < n; ++i)
         if (!(matrix(i, i) > 0)) matrix(i, i) = largest;

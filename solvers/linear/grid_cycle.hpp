@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "base/lists.hpp"
 #include "mesh/hex_hierarchy.hpp"
 #include "solvers/linear/live_cycle.hpp"
 #include "solvers/linear/matrix_free_smoother.hpp"
@@ -33,7 +34,6 @@ class GridCycle final : public LiveCycle {
     ~GridCycle() override;
 
     void set_constrained() override;
-    void set_springs() override;
     /// All of it, whatever is `wanted`: there are no matrices.
     RenewalExtent update(const ElementRotations& at, double s, double m,
                          RenewalExtent wanted = RenewalExtent::whole) override;
@@ -54,9 +54,11 @@ class GridCycle final : public LiveCycle {
     ThreadTeam& team_;
     int smoothing_steps_;
     std::vector<std::unique_ptr<Level>> levels_;
-    Eigen::LLT<Eigen::MatrixXf> factor_;  ///< of the coarsest operator
-    double s_ = 0, m_ = 0;                ///< of that
-    bool is_new_ = true;                  ///< constraints or springs are: the factor must be made
+    Lists coarsest_neighbours_;  ///< of each node of the coarsest level
+    std::vector<std::vector<std::int32_t>> coarsest_groups_;  ///< of its nodes, which are apart
+    Eigen::LLT<Eigen::MatrixXf> factor_;                      ///< of the coarsest operator
+    double s_ = 0, m_ = 0;                                    ///< of that
+    bool is_new_ = true;  ///< constraints or springs are: the factor must be made
 };
 
 }  // namespace livetet

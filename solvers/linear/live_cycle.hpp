@@ -10,8 +10,7 @@ namespace livetet {
 /// the levels of a body. After `set_constrained` and the first `update`, nothing allocates. To use
 /// it:
 ///
-///     set_constrained();        // when constrained components change
-///     set_springs();            // when springs alone change
+///     set_constrained();        // when constrained components or springs change
 ///     update(at, s, m, ...);    // when the body has moved
 ///     cycle(r, z);              // as often as wanted
 class LiveCycle {
@@ -20,8 +19,6 @@ class LiveCycle {
 
     /// Takes up the levels' constrained components and springs.
     virtual void set_constrained() = 0;
-    /// Takes up the levels' springs.
-    virtual void set_springs() = 0;
     /// Renews the operators s K(R) + m M for the displacement and rotations of the finest level.
     /// Where `wanted` is half, a cycle may renew less than the whole. Returns what was renewed.
     virtual RenewalExtent update(const ElementRotations& at, double s, double m,

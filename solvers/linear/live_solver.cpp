@@ -2,6 +2,7 @@
 
 #include <numeric>
 
+#include "base/sliced_task.hpp"
 #include "solvers/linear/live_support.hpp"
 #include "solvers/linear/shells.hpp"
 
@@ -38,6 +39,7 @@ LiveSolver::LiveSolver(DistributedHierarchy mesh, const ElasticModel& model,
                        const SolverOptions& options, Role role, ThreadTeam& team)
     : DisplacementSolver(mesh, role, team), grid_(grid_of(checked(mesh, model))) {
     if (!grid_.levels.empty()) mesh = DistributedHierarchy::of_grid(mesh.comm, grid_.meshes);
+    pause_point();
     add_levels(mesh, model);
     constraints_.emplace(std::move(mesh.between));
     make_cycle(*mesh.whole, options.smoothing_steps > 0 ? options.smoothing_steps : 1);
@@ -51,8 +53,10 @@ void LiveSolver::add_levels(DistributedHierarchy& mesh, const ElasticModel& mode
     const ElasticModel hooke{
         materials, is_small_strain(model.materials, model.strain) ? "linear" : "corotated",
         Formulation::displacement};
-    for (std::size_t l = 0; l < mesh.levels.size(); ++l)
+    for (std::size_t l = 0; l < mesh.levels.size(); ++l) {
         add_level(mesh, l == 0 ? model : hooke, SinglePrecision{});
+        pause_point();
+    }
 }
 
 void LiveSolver::make_cycle(const MeshHierarchy& hierarchy, int smoothing_steps) {
@@ -61,6 +65,7 @@ void LiveSolver::make_cycle(const MeshHierarchy& hierarchy, int smoothing_steps)
     const bool is_grid = !grid_.levels.empty();
     if (is_grid || is_quadratic || !fine().has_frozen_force())  // always in the mixed form
         fine_ = std::make_unique<MatrixFreeOperator>(fine(), team_);
+    pause_point();
     std::vector<LevelAssembler*> levels;
     std::vector<const BarycentricMap*> maps;
     for (std::size_t l = is_quadratic ? 1 : 0; l < levels_.size(); ++l) {
@@ -98,7 +103,7 @@ void LiveSolver::set_constrained(std::span<const std::uint8_t> components) {
 void LiveSolver::set_springs(std::span<const double> stiffness) {
     constraints_->set_springs(levels_, stiffness);
     if (fine_) fine_->set_constrained();
-    cycle_->set_springs();
+    cycle_->set_constrained();
     invalidate();
 }
 

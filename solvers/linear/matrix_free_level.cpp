@@ -41,10 +41,7 @@ void MatrixFreeLevel::precondition(PC pc, KSP coarse, const Transfer& transfer) 
     LIVETET_PETSC(PCShellSetSetUp(pc, set_up));
 }
 
-void MatrixFreeLevel::set_constrained() {
-    positive_.set_constrained();
-    smoother_.forget_bound();
-}
+void MatrixFreeLevel::set_constrained() { positive_.set_constrained(); }
 
 void MatrixFreeLevel::set_springs() { positive_.renew_diagonal(); }
 

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "base/sliced_task.hpp"
 #include "solvers/linear/chebyshev_steps.hpp"
 
 namespace livetet {
@@ -13,19 +14,19 @@ MatrixFreeSmoother::MatrixFreeSmoother(MatrixFreeOperator& A, int steps, double 
 
 void MatrixFreeSmoother::find_bound() {
     if (bound_ != 0) return;
-    const auto free = A_.free();
     std::uint32_t state = 12345;
     for (std::size_t i = 0; i < A_.components(); ++i) {
         state = state * 1664525u + 1013904223u;
-        x_[i] = free[i] * (static_cast<float>(state) / 4294967296.0F - 0.5F);
+        x_[i] = static_cast<float>(state) / 4294967296.0F - 0.5F;
     }
     bound_ = 1;
     for (int k = 0; k < 20; ++k) {
+        pause_point();
         const double before = squared_norm(x_);
-        A_.visit_stiffness(
-            x_, [&](std::size_t i, float Kx) { d_[i] = free[i] * Kx / A_.stiffness_diagonal(i); });
+        A_.visit_stiffness(x_,
+                           [&](std::size_t i, float Kx) { d_[i] = Kx / A_.stiffness_diagonal(i); });
         const double after = squared_norm(d_);
-        if (!(before > 0 && after > 0)) return;  // the level has no free component
+        if (!(before > 0 && after > 0)) return;  // a level without stiffness
         bound_ = std::sqrt(after / before);
         const auto scale = static_cast<float>(1 / std::sqrt(after));
         for (std::size_t i = 0; i < A_.components(); ++i) x_[i] = scale * d_[i];

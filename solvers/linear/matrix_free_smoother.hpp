@@ -15,10 +15,9 @@ class MatrixFreeSmoother {
     /// `A` must outlive this. `steps`: before or after a correction; `lowest`: see ChebyshevSteps.
     MatrixFreeSmoother(MatrixFreeOperator& A, int steps, double lowest = 0.1);
 
-    /// Forgets the bound of the eigenvalues: constraints are new.
-    void forget_bound() { bound_ = 0; }
-    /// Finds it if it was forgotten: the largest eigenvalue of D^-1 A without mass and springs,
-    /// which only lower it, from 20 steps of power iteration. Overwrites x.
+    /// Finds the bound of the eigenvalues, the first time that it is called: the largest one of
+    /// D^-1 A without mass, springs and constraints, which only lower it (for constraints: Cauchy's
+    /// interlacing theorem), from 20 steps of power iteration. Overwrites x.
     void find_bound();
 
     /// x += ChebyshevSteps for A x = b; `from_zero`: x is 0, whatever it holds.

@@ -20,11 +20,7 @@ class QuadraticCycle final : public LiveCycle {
                    std::unique_ptr<SinglePrecisionMultigrid> multigrid, const BarycentricMap& map,
                    int smoothing_steps, ThreadTeam& team);
 
-    void set_constrained() override {
-        smoother_.forget_bound();
-        multigrid_->set_constrained();
-    }
-    void set_springs() override { multigrid_->set_springs(); }
+    void set_constrained() override { multigrid_->set_constrained(); }
     /// `fine` was updated before. See SinglePrecisionMultigrid::update.
     RenewalExtent update(const ElementRotations& at, double s, double m,
                          RenewalExtent wanted) override;

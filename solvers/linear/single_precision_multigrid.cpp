@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/error.hpp"
+#include "base/sliced_task.hpp"
 #include "mechanics/scaled_stiffness.hpp"
 #include "solvers/linear/chebyshev_steps.hpp"
 #include "solvers/linear/node_transfer.hpp"
@@ -55,11 +57,14 @@ struct SinglePrecisionMultigrid::Level {
         team.run_pieces(nodes(), grain, work);
     }
 
-    void set_constrained() {
+    void set_constrained() { set_free(false); }
+
+    /// Takes up the constrained components; `wholly`: takes none.
+    void set_free(bool wholly) {
         const auto components = level.constrained();
         for (std::size_t i = 0; i < nodes(); ++i)
             for (int c = 0; c < 3; ++c) {
-                const bool held = components[i] >> c & 1;
+                const bool held = !wholly && components[i] >> c & 1;
                 scale[3 * i + c] = held ? 0 : A.scale()[i];
                 inverse_scale[3 * i + c] = held ? 0 : 1 / A.scale()[i];
             }
@@ -168,11 +173,15 @@ SinglePrecisionMultigrid::SinglePrecisionMultigrid(std::vector<LevelAssembler*> 
                                                    std::vector<const BarycentricMap*> maps,
                                                    int smoothing_steps, ThreadTeam& team)
     : team_(team), maps_(std::move(maps)), smoothing_steps_(smoothing_steps) {
-    for (LevelAssembler* level : levels) levels_.push_back(std::make_unique<Level>(*level, team));
+    for (LevelAssembler* level : levels) {
+        levels_.push_back(std::make_unique<Level>(*level, team));
+        pause_point();
+    }
     for (std::size_t l = 0; l < maps_.size(); ++l) {
         levels_[l + 1]->rotations = levels_[l + 1]->level.make_rotations();
         levels_[l + 1]->restriction =
             std::make_unique<TransposedMap>(*maps_[l], levels_[l + 1]->nodes());
+        pause_point();
     }
     dense_.resize(static_cast<Eigen::Index>(3 * levels_.back()->nodes()),
                   static_cast<Eigen::Index>(3 * levels_.back()->nodes()));
@@ -212,12 +221,10 @@ RenewalExtent SinglePrecisionMultigrid::update(const ElementRotations& finest, d
         const bool is_finest = level == levels_.front();
         if (!is_finest) level->level.update_single_rotations(level->rotations);
         const auto& rotations = is_finest ? finest.single : level->rotations.single;
-        if (fresh_) {  // mass only lowers the bound
-            level->assemble(rotations, 0, s, Renewal::whole);
-            find_bounds(*level);
-        }
+        if (!bounds_known_) find_bound(*level, rotations);
         level->assemble(rotations, m / s, s, is_finest ? half_ : Renewal::whole);
     }
+    bounds_known_ = true;
     s_now_ = s;
     if (is_new) {
         factor_coarsest();
@@ -228,13 +235,19 @@ RenewalExtent SinglePrecisionMultigrid::update(const ElementRotations& finest, d
     return renewed;
 }
 
-/// bound = |D^-1 A x| / |x| after 20 steps of power iteration. Chebyshev's interval ends a tenth
-/// above it.
-void SinglePrecisionMultigrid::find_bounds(Level& level) {
+/// bound = |D^-1 K x| / |x| after 20 steps of power iteration. Chebyshev's interval ends a tenth
+/// above it. Mass, springs and constraints only lower it (for constraints: Cauchy's interlacing
+/// theorem).
+void SinglePrecisionMultigrid::find_bound(Level& level,
+                                          std::span<const RotationBatch<float>> rotations) {
+    level.set_free(true);
+    constexpr double of_stiffness_alone = std::numeric_limits<double>::infinity();
+    level.assemble(rotations, 0, of_stiffness_alone, Renewal::whole);
     std::uint32_t state = 12345;
     for (float& v : level.x)
         v = static_cast<float>(state = state * 1664525u + 1013904223u) / 4294967296.0F - 0.5F;
     for (int k = 0; k < 20; ++k) {
+        pause_point();
         double before = 0, after = 0;
         for (const float v : level.x) before += v * v;
         level.over_rows([&](std::size_t begin, std::size_t end) {
@@ -243,11 +256,12 @@ void SinglePrecisionMultigrid::find_bounds(Level& level) {
             });
         });
         for (const float v : level.next) after += v * v;
-        if (!(before > 0 && after > 0)) return;  // the level has no free component
+        if (!(before > 0 && after > 0)) break;  // a level without stiffness
         level.bound = std::sqrt(after / before);
         const auto scale = static_cast<float>(1 / std::sqrt(after));
         for (std::size_t i = 0; i < level.x.size(); ++i) level.x[i] = scale * level.next[i];
     }
+    level.set_free(false);
 }
 
 void SinglePrecisionMultigrid::factor_coarsest() {

@@ -37,7 +37,6 @@ class SinglePrecisionMultigrid final : public LiveCycle {
     const BarycentricMap& map(std::size_t level) const { return *maps_[level]; }
 
     void set_constrained() override;
-    void set_springs() override { set_constrained(); }
     /// If `wanted` is half: of the finest level only the half that was not renewed last, unless
     /// constraints are new or s or m has changed by more than 5 %.
     RenewalExtent update(const ElementRotations& finest, double s, double m,
@@ -54,7 +53,7 @@ class SinglePrecisionMultigrid final : public LiveCycle {
   private:
     struct Level;
     void restrict_displacements(const ElementRotations& finest);
-    void find_bounds(Level& level);
+    void find_bound(Level& level, std::span<const RotationBatch<float>> rotations);
     void factor_coarsest();
     void descend(std::size_t l);
 
@@ -66,7 +65,8 @@ class SinglePrecisionMultigrid final : public LiveCycle {
     double s_ = 0, m_ = 0;   ///< of the coarsest factor
     double s_now_ = 1;       ///< of the other levels' operators
     Renewal half_ = Renewal::whole;  ///< that was written last of the finest level
-    bool fresh_ = true;              ///< constraints are new: bounds and inverse must be made
+    bool fresh_ = true;              ///< constraints or springs are new: the factor must be made
+    bool bounds_known_ = false;      ///< of the levels' smoothers
 };
 
 }  // namespace livetet
