@@ -8,6 +8,7 @@
 #include "apps/bench/figure_option.hpp"
 #include "apps/bench/machine_figures.hpp"
 #include "apps/bench/realtime_cases.hpp"
+#include "apps/bench/realtime_cut.hpp"
 #include "apps/bench/realtime_front.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -16,6 +17,16 @@
 namespace livetet {
 
 namespace {
+
+/// Throws Error if one of these is no case.
+void check_sizes(const std::vector<std::string>& sizes) {
+    const std::vector<std::string> known = RealtimeArguments{}.sizes;
+    for (const std::string& name : sizes)
+        if (std::ranges::find(known, name) == known.end())
+            fail("--size {}: no such case, there are {}", name, fmt::join(known, ", "));
+}
+
+bool has_own_table(const std::string& size) { return size == "front" || size == "cut"; }
 
 /// Frame rates and errors of the live solver on the phantom and on a beam. Returns 1 if a target is
 /// missed.
@@ -31,16 +42,14 @@ int bench_realtime(const RealtimeArguments& arguments) {
         return std::find(arguments.sizes.begin(), arguments.sizes.end(), name) !=
                arguments.sizes.end();
     };
-    for (const std::string& name : arguments.sizes)
-        if (name != "P60" && name != "V68" && name != "beamA" && name != "beamB" && name != "front")
-            fail("--size {}: no such case, there are P60, V68, beamA, beamB, front", name);
+    check_sizes(arguments.sizes);
     const int threads =
         arguments.threads > 0
             ? arguments.threads
             : std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 4);
     const MachineFigures machine = measure_machine(threads);
     print_machine(machine);
-    if (arguments.frames > 0 && arguments.sizes != std::vector<std::string>{"front"})
+    if (arguments.frames > 0 && !std::ranges::all_of(arguments.sizes, has_own_table))
         print_realtime_header();
     std::vector<RealtimeResult> results;
     std::vector<WorkPrecisionChart> charts;
@@ -77,12 +86,21 @@ int bench_realtime(const RealtimeArguments& arguments) {
         charts.push_back(chart_of(rows));
     }
     bool all = true;
+    nlohmann::json cuts;
+    if (requested("cut") && arguments.frames > 0) {
+        const std::vector<CutRow> rows =
+            measure_cuts(std::min(arguments.frames, 1000), arguments.threads, progress);
+        print_cuts(rows);
+        cuts = json_of(rows);
+        all = std::ranges::all_of(rows, &CutRow::meets_target);
+    }
     nlohmann::json list = nlohmann::json::array();
     for (const RealtimeResult& r : results) {
         list.push_back(json_of(r));
         all = all && r.meets_target();
     }
     if (!front.is_null()) list.push_back({{"name", "front"}, {"rows", front}});
+    if (!cuts.is_null()) list.push_back({{"name", "cut"}, {"rows", cuts}});
     list.push_back({{"name", "machine"}, {"figures", json_of(machine)}});
     if (!arguments.json.empty()) write_text_file(arguments.json, list.dump(2) + "\n");
     if (!charts.empty() && !arguments.figure.empty())
@@ -100,7 +118,8 @@ void add_realtime_benchmark(CLI::App& bench, int& status) {
     auto a = std::make_shared<RealtimeArguments>();
     command->add_option("--size", a->sizes,
                         "cases: P60, V68 (the phantom), beamA, beamB, front (whole error "
-                        "against frame time, by elements and law); default: all");
+                        "against frame time, by elements and law), cut (frames while a blade cuts, "
+                        "at most 1000 of each row); default: all");
     command
         ->add_option(
             "--frames", a->frames,

@@ -11,7 +11,7 @@ namespace livetet {
 
 /// `livetet bench realtime`.
 struct RealtimeArguments {
-    std::vector<std::string> sizes{"P60", "V68", "beamA", "beamB", "front"};
+    std::vector<std::string> sizes{"P60", "V68", "beamA", "beamB", "front", "cut"};
     int frames = 10000;      ///< timed frames of each case and row
     int threads = 0;         ///< see solver.threads
     double poisson = 0.45;   ///< of the case front

@@ -67,7 +67,8 @@ json describe_run(const OpenSource& open, const FiducialRegistration& registrati
                          {"nodes_added", cut->originals.size()},
                          {"pieces", cut->pieces},
                          {"free_pieces", cut->free_pieces},
-                         {"longest_ms", 1e3 * cut->longest_s}};
+                         {"longest_ms", 1e3 * cut->longest_s},
+                         {"prepared_ms", 1e3 * cut->prepared_s}};
     return about;
 }
 

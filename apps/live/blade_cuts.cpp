@@ -60,23 +60,46 @@ void BladeCuts::follow(double time_s, std::span<const std::optional<BladeEdge>> 
             sweeps_[i].restart();
             continue;
         }
-        const TriangleMesh swept = near_body(sweeps_[i].follow(time_s, edges[i], rest_place));
-        if (cuttable_->cut(swept) > 0 && !pending_s_) pending_s_ = time_s;
+        TriangleMesh swept = near_body(sweeps_[i].follow(time_s, edges[i], rest_place));
+        if (!begun_s_)
+            take(time_s, swept);
+        else if (!swept.triangles.empty())
+            waiting_.emplace_back(time_s, std::move(swept));
     }
 }
 
+void BladeCuts::take(double time_s, const TriangleMesh& swept) {
+    if (cuttable_->cut(swept) > 0 && !pending_s_) pending_s_ = time_s;
+}
+
 bool BladeCuts::is_due(double time_s) const {
-    return pending_s_ && time_s - *pending_s_ >= interval_s_;
+    return !begun_s_ && pending_s_ && time_s - *pending_s_ >= interval_s_ / 2;
+}
+
+double BladeCuts::begin() {
+    begun_s_ = std::exchange(pending_s_, std::nullopt);
+    return *begun_s_ + interval_s_;
+}
+
+/// What waited is cut now.
+void BladeCuts::end() {
+    begun_s_.reset();
+    for (const auto& [time_s, swept] : std::exchange(waiting_, {})) take(time_s, swept);
 }
 
 void BladeCuts::keep() {
     cuttable_->keep();
-    pending_s_.reset();
+    end();
 }
 
 void BladeCuts::undo() {
     cuttable_->undo();
-    pending_s_.reset();
+    end();
+}
+
+void BladeCuts::restart() {
+    pending_s_ = begun_s_;
+    end();
 }
 
 }  // namespace livetet

@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "mesh/openable_mesh.hpp"
@@ -20,7 +21,8 @@ struct CutMesh {
     std::size_t parted = 0;       ///< pairs of neighbouring cells that blades have parted
     std::size_t pieces = 1;       ///< of the body
     std::size_t free_pieces = 0;  ///< of these, not held by fix or drive
-    double longest_s = 0;         ///< longest time that an opening took
+    double longest_s = 0;         ///< longest time that an opening took of a frame
+    double prepared_s = 0;        ///< longest time that preparing one took, beside frames
 };
 
 /// Appends the copies of the listed nodes. `first`: number of the first copy; `originals`: of each
@@ -28,9 +30,15 @@ struct CutMesh {
 void add_copies(std::vector<std::int32_t>& nodes, std::size_t first,
                 std::span<const std::int32_t> originals);
 
-/// Collects what tracked blades cut of a mesh. It opens together, an interval after the first of
-/// it, as opening renews all that depends on the mesh. Times are those of the samples, so that a
-/// replay opens the same cuts in the same frames.
+/// Collects what tracked blades cut of a mesh. It opens together, as opening renews all that
+/// depends on the mesh: what is cut within half an interval is prepared in the other half, between
+/// frames, and opens an interval after the first of it. Times are those of the samples, so that a
+/// replay opens the same cuts in the same frames. To use it:
+///
+///     follow(...);                          // in each frame
+///     if (is_due(t)) opens = begin();
+///     open(levels);                         // any time until then
+///     keep(), put_off() or undo();          // in the first frame at `opens` or later
 class BladeCuts {
   public:
     /// `levels`: of the mesh as it was loaded; see openable_mesh.
@@ -43,22 +51,29 @@ class BladeCuts {
     /// From the next frame on, the blades are others: all sweeps begin anew.
     void change_blades() { sweeps_.clear(); }
 
-    /// Whether something was cut that should be opened now.
+    /// Whether something was cut that should begin to open now.
     bool is_due(double time_s) const;
-    /// The mesh with all that was cut open; `levels`: as they are now. Call `keep`, `put_off` or
-    /// `undo` then. Crumbs stay with a neighbour: a blade that trembles would crumble what it
-    /// touches.
+    /// Begins to open what was cut so far; what is cut from now on waits for the next opening.
+    /// Returns the time to open at.
+    double begin();
+    /// The mesh with all that was cut open; `levels`: as they are now. Crumbs stay with a
+    /// neighbour: a blade that trembles would crumble what it touches. May be called beside
+    /// `follow`.
     OpenedLevels open(const std::vector<TetMesh>& levels) { return cuttable_->open(levels); }
-    /// What was cut so far has been opened.
+    /// What was begun has been opened.
     void keep();
-    /// What was cut so far opens no gap: it waits for what is cut next.
-    void put_off() { pending_s_.reset(); }
-    /// Forgets what was cut since the last `keep`.
+    /// What was begun opens no gap: it waits for what is cut next.
+    void put_off() { end(); }
+    /// Forgets what was begun.
     void undo();
+    /// What was begun is to begin once more, together with what was cut since.
+    void restart();
     /// Number of pairs of neighbouring cells that were parted.
     std::size_t parted() const { return cuttable_->parted(); }
 
   private:
+    void take(double time_s, const TriangleMesh& swept);
+    void end();
     bool is_near(const BladeEdge& edge, std::span<const Vector3> displacement) const;
     TriangleMesh near_body(const TriangleMesh& swept) const;
 
@@ -68,7 +83,10 @@ class BladeCuts {
     BladeSweepOptions sweep_options_;
     double interval_s_;
     std::vector<BladeSweep> sweeps_;
-    std::optional<double> pending_s_;  ///< when the first of what is not kept was cut
+    std::optional<double> pending_s_;  ///< when the first of what is to be opened was cut
+    std::optional<double> begun_s_;    ///< the same of what is being opened
+    /// What blades sweep meanwhile, with its times.
+    std::vector<std::pair<double, TriangleMesh>> waiting_;
 };
 
 }  // namespace livetet

@@ -74,6 +74,11 @@ std::vector<Vector3> all_places(const std::vector<Target>& targets, const TetMes
     return places;
 }
 
+ErrorStatement::OnMesh on_mesh_of(const Scene& scene, MeshHierarchy hierarchy, const TetMesh& mesh,
+                                  const std::vector<Vector3>& places) {
+    return {TargetResponses(scene, std::move(hierarchy), places), PointSampler(mesh, places)};
+}
+
 }  // namespace
 
 const char* name_of(ErrorSource source) {
@@ -92,14 +97,13 @@ ErrorSources ErrorSources::of_bits(std::uint32_t bits) {
 ErrorStatement::ErrorStatement(const Scene& scene, MeshHierarchy hierarchy, const TetMesh& mesh,
                                SurfaceErrors surface)
     : targets_(read_targets(scene, mesh)),
-      responses_(scene, std::move(hierarchy), all_places(targets_, mesh, surface)),
-      sampler_(mesh, responses_.places()),
+      on_mesh_(on_mesh_of(scene, std::move(hierarchy), mesh, all_places(targets_, mesh, surface))),
       has_forces_(scene.gravity_m_per_s2 != Vector3::Zero() || !scene.loads.empty() ||
                   !scene.drive.empty() || !scene.track->start.empty()) {
     statement_.targets.resize(targets_.size());
     std::size_t of_targets = 0;
     for (const Target& t : targets_) of_targets += t.places.size();
-    statement_.surface.radius_95.resize(responses_.places().size() - of_targets);
+    statement_.surface.radius_95.resize(responses().places().size() - of_targets);
     missing_of_turn_.fill(ErrorSources::all());
 }
 
@@ -108,12 +112,17 @@ void ErrorStatement::start(std::span<const SensorPatch* const> patches,
     std::vector<ResponsePatch> all;
     for (const SensorPatch* p : patches) all.push_back(response_patch(*p));
     terms_.assign(patches.size(), {});
-    responses_.start(std::move(all), fix);
+    on_mesh_.responses.start(std::move(all), fix);
 }
 
-void ErrorStatement::set_mesh(const Scene& scene, MeshHierarchy hierarchy, const TetMesh& mesh) {
-    responses_.set_mesh(scene, std::move(hierarchy));
-    sampler_ = PointSampler(mesh, responses_.places());
+ErrorStatement::OnMesh ErrorStatement::on_mesh(const Scene& scene, MeshHierarchy hierarchy,
+                                               const TetMesh& before, const TetMesh& after) const {
+    return {responses().on_mesh(scene, std::move(hierarchy)),
+            on_mesh_.sampler.after_cut(before, after)};
+}
+
+void ErrorStatement::set_mesh(OnMesh&& on_mesh) {
+    on_mesh_ = std::move(on_mesh);
     missing_of_turn_.fill(ErrorSources::all());
 }
 
@@ -164,13 +173,13 @@ void ErrorStatement::find_missing(const PoseErrors& poses) {
         if (!t.is_firm)  // the responses' patches are
             add({patches, materials, fixed, elements, law});
     }
-    if (!responses_.are_known()) add({sensors, patches, materials, fixed, elements, law});
-    if (!responses_.knows_elements()) add({elements});
-    if (responses_.lacking().wider) add({patches});
-    if (responses_.lacking().materials) add({materials});
-    if (responses_.lacking().fixed) add({fixed});
+    if (!responses().are_known()) add({sensors, patches, materials, fixed, elements, law});
+    if (!responses().knows_elements()) add({elements});
+    if (responses().lacking().wider) add({patches});
+    if (responses().lacking().materials) add({materials});
+    if (responses().lacking().fixed) add({fixed});
     if (has_forces_) add({materials, fixed, elements, law});
-    statement_.computed = responses_.share_done();
+    statement_.computed = responses().share_done();
 }
 
 const FrameStatement& ErrorStatement::update(const PoseErrors& poses,
@@ -185,7 +194,8 @@ const FrameStatement& ErrorStatement::update(const PoseErrors& poses,
         TargetStatement& worst = statement_.targets[t];
         for (std::size_t k = 0; k < targets_[t].places.size(); ++k, ++place) {
             const TargetStatement here =
-                state(place, poses, sampler_.sample(place, displacement), solver_error.value_or(0));
+                state(place, poses, on_mesh_.sampler.sample(place, displacement),
+                      solver_error.value_or(0));
             if (k == 0 || here.radius_95 > worst.radius_95) worst = here;
         }
     }
@@ -196,9 +206,9 @@ const FrameStatement& ErrorStatement::update(const PoseErrors& poses,
 void ErrorStatement::renew_surface(const PoseErrors& poses, std::span<const Vector3> displacement,
                                    double solver_error) {
     SurfaceStatement& surface = statement_.surface;
-    const std::size_t first = responses_.places().size() - surface.radius_95.size();
+    const std::size_t first = responses().places().size() - surface.radius_95.size();
     for (std::size_t i = turn_; i < surface.radius_95.size(); i += surface_turns) {
-        const Vector3 u = sampler_.sample(first + i, displacement);
+        const Vector3 u = on_mesh_.sampler.sample(first + i, displacement);
         surface.radius_95[i] = state(first + i, poses, u, solver_error).radius_95;
     }
     missing_of_turn_[turn_] = statement_.missing;
@@ -209,26 +219,26 @@ void ErrorStatement::renew_surface(const PoseErrors& poses, std::span<const Vect
 
 TargetStatement ErrorStatement::state(std::size_t place, const PoseErrors& poses, const Vector3& u,
                                       double solver_error) const {
-    const Vector3& x = responses_.places()[place];
+    const Vector3& x = responses().places()[place];
     ErrorSum sum;
     sum.add(ErrorSource::fiducials, by_registration(poses, x));
     sum.add(ErrorSource::solver, solver_error * solver_error / 3 * Matrix3d::Identity());
     const auto add_values = [&](ErrorSource source, auto PatchResponse::*changes) {
-        const std::size_t count = terms_.empty() ? 0 : (responses_.at(place, 0).*changes).size();
+        const std::size_t count = terms_.empty() ? 0 : (responses().at(place, 0).*changes).size();
         for (std::size_t i = 0; i < count; ++i) {
             Vector3 change = Vector3::Zero();
             for (std::size_t s = 0; s < terms_.size(); ++s)
-                change += (responses_.at(place, s).*changes)[i] * terms_[s].motion;
+                change += (responses().at(place, s).*changes)[i] * terms_[s].motion;
             sum.add(source, outer(change));
         }
     };
     Matrix36d of_reference = Matrix36d::Zero(), of_bases = Matrix36d::Zero();
     if (poses.reference) of_reference = by_reference(poses, x);
-    if (responses_.are_known()) {
+    if (responses().are_known()) {
         Vector3 by_radii = Vector3::Zero(), by_elements = Vector3::Zero(), by_large_strain = u;
         for (std::size_t s = 0; s < terms_.size(); ++s) {
             const PatchTerms& t = terms_[s];
-            const PatchResponse& r = responses_.at(place, s);
+            const PatchResponse& r = responses().at(place, s);
             add_patch(sum, r, t.motion, t.error ? &*t.error : nullptr, t.place);
             of_reference -= r.motion.leftCols<3>() * t.by_reference;
             of_bases += r.motion.leftCols<3>() * t.base_by_reference;

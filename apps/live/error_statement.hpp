@@ -124,11 +124,19 @@ class ErrorStatement {
     /// The patches or the fixed nodes have changed: responses are computed anew. `fix`: as
     /// TargetResponses::start.
     void start(std::span<const SensorPatch* const> patches, const std::vector<FixOptions>& fix);
-    /// The mesh was cut: targets keep their places at rest. Call `start` before the next frame.
-    /// `scene`: its selections need no file.
-    void set_mesh(const Scene& scene, MeshHierarchy hierarchy, const TetMesh& mesh);
+    /// What depends on the body's mesh.
+    struct OnMesh {
+        TargetResponses responses;  ///< at the targets' places, then those of the surface
+        PointSampler sampler;       ///< of the places in the body's mesh
+    };
+    /// That of a mesh that was cut: targets keep their places at rest. `scene`: its selections need
+    /// no file; `before`: the body's mesh now; `after`: the next one.
+    OnMesh on_mesh(const Scene& scene, MeshHierarchy hierarchy, const TetMesh& before,
+                   const TetMesh& after) const;
+    /// The body has that mesh now. Call `start` before the next frame.
+    void set_mesh(OnMesh&& on_mesh);
     /// One unit of the responses' work; see TargetResponses::work.
-    bool work() { return responses_.work(); }
+    bool work() { return on_mesh_.responses.work(); }
 
     /// States the errors of a frame, and those of the surface's places whose turn it is.
     /// `patches`: those of the last `start`, in the same order. `solver_error`: of the frame's
@@ -139,7 +147,7 @@ class ErrorStatement {
                                  std::optional<double> solver_error);
 
     const std::vector<Target>& targets() const { return targets_; }
-    const TargetResponses& responses() const { return responses_; }
+    const TargetResponses& responses() const { return on_mesh_.responses; }
 
   private:
     /// What a patch does in a frame; the same for all places.
@@ -162,8 +170,7 @@ class ErrorStatement {
                           double solver_error) const;
 
     std::vector<Target> targets_;
-    TargetResponses responses_;  ///< at the targets' places, then those of the surface
-    PointSampler sampler_;       ///< of the places in the body's mesh
+    OnMesh on_mesh_;
     std::vector<PatchTerms> terms_;
     /// Gravity, loads, driven nodes or a start, which the responses do not know.
     bool has_forces_;

@@ -130,6 +130,8 @@ void run_frames(Scene& scene, TrackerSource& source, TrackedBody& tracked, Recor
             latency.add(steady_seconds() - sample->arrived_s);
         last_s = frame.time_s;
         tracked.work_on_responses();
+        if (!plan.every_sample)
+            tracked.prepare_cut([&] { return source.has_next() || plan.stop.stop_requested(); });
         if (plan.length_s && count.seconds() >= *plan.length_s) break;
     }
 }

@@ -37,7 +37,8 @@ RunCuts parse_cuts(const json& object, const std::string& source) {
             value_of<std::size_t>(object, "nodes_added", source),
             value_of<std::size_t>(object, "pieces", source),
             value_of<std::size_t>(object, "free_pieces", source),
-            value_of<double>(object, "longest_ms", source)};
+            value_of<double>(object, "longest_ms", source),
+            object.contains("prepared_ms") ? value_of<double>(object, "prepared_ms", source) : 0};
 }
 
 }  // namespace

@@ -56,7 +56,8 @@ struct RunCuts {
     std::size_t parted = 0;                   ///< pairs of neighbouring cells that were parted
     std::size_t nodes_added = 0;              ///< copies
     std::size_t pieces = 1, free_pieces = 0;  ///< of the body at the end; see CutMesh
-    double longest_ms = 0;                    ///< longest time that an opening took
+    double longest_ms = 0;                    ///< longest time that an opening took of a frame
+    double prepared_ms = 0;                   ///< longest time that preparing one took
 };
 
 /// Summary of a run.

@@ -9,6 +9,7 @@
 #include "apps/live/response_nodes.hpp"
 #include "base/error.hpp"
 #include "base/log.hpp"
+#include "base/sliced_task.hpp"
 #include "mesh/hex_hierarchy.hpp"
 #include "mesh/surface_patch.hpp"
 #include "mesh/tet_mesh.hpp"
@@ -93,6 +94,7 @@ TargetResponses::TargetResponses(const Scene& scene, MeshHierarchy hierarchy,
     std::vector<FixOptions> fix = std::exchange(scene_.fix, {});  // listed in the work
     list_selected_nodes(scene_, mesh);
     scene_.fix = std::move(fix);
+    pause_point();
     const bool needs_coarse = extrapolates() || mesh.tets.size() > max_tets_for_p2;
     if (!places_.empty() && needs_coarse) coarse_ = without_finest(hierarchy_);
     if (!coarse_.levels.empty()) {
@@ -109,10 +111,10 @@ TargetResponses::TargetResponses(const Scene& scene, MeshHierarchy hierarchy,
             if ((scene_.materials[i].*value).spread > 0) uncertain_materials_.push_back({i, value});
 }
 
-void TargetResponses::set_mesh(const Scene& scene, MeshHierarchy hierarchy) {
-    const bool has_warned = has_warned_;
-    *this = TargetResponses(scene, std::move(hierarchy), std::move(places_));
-    has_warned_ = has_warned;
+TargetResponses TargetResponses::on_mesh(const Scene& scene, MeshHierarchy hierarchy) const {
+    TargetResponses responses(scene, std::move(hierarchy), places_);
+    responses.has_warned_ = has_warned_;
+    return responses;
 }
 
 bool TargetResponses::extrapolates() const { return has_ten_nodes(scene_) || is_grid(hierarchy_); }

@@ -45,8 +45,8 @@ class TargetResponses {
     /// m.
     TargetResponses(const Scene& scene, MeshHierarchy hierarchy, std::vector<Vector3> places);
 
-    /// The mesh was cut: as if made anew with the same places. Call `start` then.
-    void set_mesh(const Scene& scene, MeshHierarchy hierarchy);
+    /// Those of a mesh that was cut, at the same places.
+    TargetResponses on_mesh(const Scene& scene, MeshHierarchy hierarchy) const;
 
     /// `fix`: what holds the body now. With lists of nodes (list_selected_nodes) the work opens no
     /// file; midpoints of edges in them are left out. Logs a warning, once, if the mesh is too

@@ -8,7 +8,7 @@
 #include <span>
 #include <utility>
 
-#include "apps/live/blade_cuts.hpp"
+#include "apps/live/cut_opening.hpp"
 #include "apps/live/frame.hpp"
 #include "apps/live/patch_options.hpp"
 #include "apps/live/pose_quality.hpp"
@@ -61,8 +61,9 @@ inline constexpr double farthest_from_organ = 0.02;
 /// by blades, the deformation sensors' patches, the constraints, one time step. Time is that of the
 /// samples; a clock only decides when to stop solving.
 ///
-/// When a cut opens, the mesh gets nodes, and the body is made anew on it: `FrameState::cut` and
-/// SceneBody::mesh() have the new mesh from that frame on. References to the old one end.
+/// When a cut opens, the mesh gets nodes, and a body is made anew on it, between frames if
+/// prepare_cut is called: `FrameState::cut` and SceneBody::mesh() have the new mesh from that frame
+/// on. References to the old one end.
 class TrackedBody {
   public:
     /// `body` is on the scene's mesh as it was loaded. Throws Error if a tool of the scene is not
@@ -98,9 +99,14 @@ class TrackedBody {
     /// The targets of `Frame::statement`; none if errors are not stated.
     const std::vector<std::string>& target_names() const { return stating_.names; }
     /// Call it after each frame, once that was passed on: after patches were placed, it makes a
-    /// part of the solves that the statement, or judging slips, needs. As a rule it does nothing.
-    /// Returns false if nothing is left to do.
+    /// part of the solves that the statement, or judging slips, needs. As a rule it does nothing,
+    /// as while a cut is being opened. Returns false if nothing is to be done now.
     bool work_on_responses();
+
+    /// Call it between frames: prepares the next opening of a cut until `is_over`, which is asked
+    /// every few milliseconds. Returns true if there is nothing left to do. What is left when it is
+    /// time to open the cut, a frame does.
+    bool prepare_cut(const std::function<bool()>& is_over);
 
     struct ShownTool {
         std::string tool;
@@ -174,6 +180,8 @@ class TrackedBody {
         std::vector<Vector3> resting_at{};
         /// Free pieces that were told of, by their first cell and number of cells.
         std::set<std::pair<std::int32_t, std::size_t>> told{};
+        std::unique_ptr<CutOpening> opening{};  ///< none: nothing is to open
+        std::unique_ptr<CutBody> replaced{};    ///< the body before the last opening: to be freed
     };
     Sensor new_sensor(const SensorOptions& options) const;
     void follow_hand(Sensor& sensor);
@@ -197,13 +205,10 @@ class TrackedBody {
         const TrackerSample& sample,
         const std::optional<RigidTransform<Tracker, Reference>>& tracker_from_reference);
     void cut_by_blades();
-    void open_cuts();
-    bool make_body_on(OpenedLevels& opened, const Scene& listed);
-    void continue_on_mesh(std::size_t first, const OpenedNodes& nodes,
-                          const std::vector<MeshPiece>& free);
+    void open_cut();
+    void continue_on_mesh(CutBody& made);
+    static void add_copies_to(Settling& settling, const CutBody& made);
     std::vector<FixOptions> fix_of_change(const SceneChange& change) const;
-    std::vector<FixOptions> fix_of_responses(const std::vector<MeshPiece>& free) const;
-    void renew_responses_on_mesh(const std::vector<MeshPiece>& free);
     void take_free_pieces(const std::vector<MeshPiece>& free);
 
     Scene scene_;

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <utility>
 
 #include "apps/live/listed_scene.hpp"
 #include "apps/live/response_nodes.hpp"
@@ -35,6 +36,15 @@ SceneChange prepare_change(const Scene& scene, const TetMesh& mesh) {
     change.constraints.move_to_share(1);
     check_no_free_motion(scene, mesh, change.constraints);
     return change;
+}
+
+std::vector<FixOptions> TrackedBody::fix_of_change(const SceneChange& change) const {
+    if (!frame_.cut) return change.fix;
+    Scene listed;
+    listed.fix = change.fix;
+    add_copies_to_lists(listed, frame_.cut->mesh.nodes.size() - frame_.cut->originals.size(),
+                        frame_.cut->originals);
+    return listed.fix;
 }
 
 void TrackedBody::change(SceneChange&& change) {
@@ -94,12 +104,15 @@ void TrackedBody::change(SceneChange&& change) {
                 before[n] = 0;  // they have not arrived yet
         scene_constraints_.emplace(on_cut_mesh ? std::move(*on_cut_mesh)
                                                : std::move(change.constraints));
-        if (cutting_) cutting_->listed.fix = fix;
+        if (cutting_) {
+            if (std::exchange(cutting_->opening, nullptr)) cutting_->cuts.restart();
+            cutting_->listed.fix = fix;
+        }
         stating_.fix = std::move(fix);
         if (frame_.cut) {
             const auto free = held_pieces(cutting_->listed, body_.mesh()).free;
             take_free_pieces(free);
-            stating_.fix = fix_of_responses(free);
+            stating_.fix = fix_of_responses(cutting_->listed, body_.mesh(), free);
         }
         begin_settling(before);
         pulled_ = true;  // springs are rebuilt

@@ -5,12 +5,8 @@
 #include "apps/live/listed_scene.hpp"
 #include "apps/live/tracked_body.hpp"
 #include "apps/scene/cuts.hpp"
-#include "apps/scene/scene_forces.hpp"
-#include "base/error.hpp"
 #include "base/log.hpp"
 #include "base/stopwatch.hpp"
-#include "mesh/cut_hierarchy.hpp"
-#include "mesh/quadratic.hpp"
 #include "solvers/nonlinear/doubled_nodes.hpp"
 #include "tracking/poses.hpp"
 
@@ -67,91 +63,81 @@ void TrackedBody::follow_blades(
 }
 
 void TrackedBody::cut_by_blades() {
-    cutting_->cuts.follow(frame_.time_s, cutting_->edges, body_.mesh(), frame_.displacement);
-    if (cutting_->cuts.is_due(frame_.time_s)) open_cuts();
+    Cutting& c = *cutting_;
+    c.cuts.follow(frame_.time_s, c.edges, body_.mesh(), frame_.displacement);
+    if (c.cuts.is_due(frame_.time_s)) {
+        const double opens_s = c.cuts.begin();
+        c.opening = std::make_unique<CutOpening>(
+            c.cuts,
+            UncutBody{body_, c.listed, frame_.cut, stating_.statement.get(),
+                      stating_.for_slips.get()},
+            opens_s);
+    }
+    if (c.opening && frame_.time_s >= c.opening->opens_s()) open_cut();
 }
 
-void TrackedBody::open_cuts() {
+bool TrackedBody::prepare_cut(const std::function<bool()>& is_over) {
+    if (!cutting_) return true;
+    cutting_->replaced.reset();
+    return !cutting_->opening || cutting_->opening->prepare(is_over);
+}
+
+void TrackedBody::open_cut() {
     Stopwatch watch;
-    BladeCuts& cuts = cutting_->cuts;
-    OpenedLevels opened = cuts.open(body_.hierarchy.levels);
-    const std::vector<std::int32_t>& originals = opened.nodes.originals;
-    if (originals.empty()) return cuts.put_off();
-    const std::size_t first = body_.mesh().nodes.size();
-    Scene listed = cutting_->listed;
-    add_copies_to_lists(listed, first, originals);
-    const HeldPieces pieces = held_pieces(listed, opened.levels.front());
-    if (!pieces.is_any_left) {
-        cuts.undo();
-        log_warning(
-            "a blade's cut is not made: it would free the whole body, expected one that leaves a "
-            "piece that fix or drive holds and that can deform");
-        return;
+    const auto opening = std::move(cutting_->opening);
+    std::unique_ptr<CutBody> made = opening->finish();
+    if (!made) return;
+    CutMesh& cut = *made->cut;
+    if (frame_.cut) {
+        cut.openings = frame_.cut->openings;
+        cut.longest_s = frame_.cut->longest_s;
+        cut.prepared_s = frame_.cut->prepared_s;
     }
-    if (!make_body_on(opened, listed)) return cuts.undo();
-    cuts.keep();
-    cutting_->listed = std::move(listed);
-    auto cut = std::make_shared<CutMesh>();
-    if (frame_.cut) *cut = {{}, frame_.cut->originals, frame_.cut->openings};
-    cut->mesh = body_.mesh();
-    cut->originals.insert(cut->originals.end(), originals.begin(), originals.end());
-    ++cut->openings;
-    cut->parted = cuts.parted();
-    cut->pieces = pieces.count;
-    cut->free_pieces = pieces.free.size();
-    const double longest_s = frame_.cut ? frame_.cut->longest_s : 0;
-    continue_on_mesh(first, opened.nodes, pieces.free);
-    cut->longest_s = std::max(longest_s, watch.lap());
-    frame_.cut = std::move(cut);
+    ++cut.openings;
+    cut.parted = cutting_->cuts.parted();
+    cut.prepared_s = std::max(cut.prepared_s, opening->prepared_s());
+    carry_state(*body_.body, *made->body.body, made->nodes);
+    std::swap(body_.body, made->body.body);
+    std::swap(body_.hierarchy, made->body.hierarchy);
+    cutting_->listed = std::move(made->listed);
+    continue_on_mesh(*made);
+    cut.longest_s = std::max(cut.longest_s, watch.lap());
+    frame_.cut = made->cut;
+    cutting_->replaced = std::move(made);
 }
 
-/// Replaces the body by one on the opened mesh, with its state. Returns false, and logs why, if
-/// there can be none: then the old one stays.
-bool TrackedBody::make_body_on(OpenedLevels& opened, const Scene& listed) {
-    try {
-        SceneBody fresh = make_body(
-            PETSC_COMM_SELF, listed,
-            with_cut_transfers(std::move(opened.levels), body_.hierarchy.provenance), Use::track);
-        carry_state(*body_.body, *fresh.body, opened.nodes);
-        body_.body = std::move(fresh.body);  // first: the old one refers to the old mesh
-        body_.hierarchy = std::move(fresh.hierarchy);
-        return true;
-    } catch (const Error& error) {
-        log_warning(fmt::format("a blade's cut is not made: {}", error.what()));
-        return false;
-    }
-}
-
-/// Takes all that has to do with nodes over to the new mesh. `first`: number of the first copy.
-void TrackedBody::continue_on_mesh(std::size_t first, const OpenedNodes& nodes,
-                                   const std::vector<MeshPiece>& free) {
-    const std::vector<std::int32_t>& originals = nodes.originals;
-    const TetMesh& mesh = body_.mesh();
-    const Scene& listed = cutting_->listed;
-    scene_constraints_.emplace(listed, mesh);
-    scene_constraints_->move_to_share(1);
-    carry_values(frame_.displacement, nodes);
-    surface_ = surface_nodes(mesh);
+/// Takes all that has to do with nodes over to the new mesh.
+void TrackedBody::continue_on_mesh(CutBody& made) {
+    scene_constraints_ = std::move(made.constraints);
+    carry_values(frame_.displacement, made.nodes);
+    surface_ = std::move(made.surface);
     for (Sensor& s : sensors_) {
-        s.patch.follow_cut(first, nodes);
+        s.patch.follow_cut(made.first, made.nodes);
         s.patch.leave_ring_out();
     }
-    if (settling_)
-        for (std::size_t k = 0; k < originals.size(); ++k) {
-            const auto at = std::ranges::find(settling_->nodes, originals[k]);
-            if (at == settling_->nodes.end()) continue;
-            const auto i = at - settling_->nodes.begin();
-            settling_->nodes.push_back(static_cast<std::int32_t>(first + k));
-            settling_->from.push_back(Vector3(settling_->from[i]));
-            settling_->now.push_back(Vector3(settling_->now[i]));
-        }
+    if (settling_) add_copies_to(*settling_, made);
     driven_.nodes.clear();
-    driven_.slot.assign(mesh.nodes.size(), -1);
-    take_free_pieces(free);
+    driven_.slot.assign(body_.mesh().nodes.size(), -1);
+    take_free_pieces(made.free);
     take_constraints();
     pulled_ = true;  // springs are rebuilt
-    body_.body->set_external_force(scene_forces(listed, mesh));
-    renew_responses_on_mesh(free);
+    if (!stating_.statement && !stating_.for_slips) return;
+    stating_.is_outdated = true;
+    stating_.fix = std::move(made.fix);
+    if (made.statement) stating_.statement->set_mesh(std::move(*made.statement));
+    if (made.for_slips) *stating_.for_slips = std::move(*made.for_slips);
+}
+
+void TrackedBody::add_copies_to(Settling& settling, const CutBody& made) {
+    const std::vector<std::int32_t>& originals = made.nodes.originals;
+    for (std::size_t k = 0; k < originals.size(); ++k) {
+        const auto at = std::ranges::find(settling.nodes, originals[k]);
+        if (at == settling.nodes.end()) continue;
+        const auto i = at - settling.nodes.begin();
+        settling.nodes.push_back(static_cast<std::int32_t>(made.first + k));
+        settling.from.push_back(Vector3(settling.from[i]));
+        settling.now.push_back(Vector3(settling.now[i]));
+    }
 }
 
 /// Tells of pieces that are new. In static scenes what nothing holds stays where it is, as no
@@ -171,41 +157,6 @@ void TrackedBody::take_free_pieces(const std::vector<MeshPiece>& free) {
     log_warning(fmt::format("a blade cut off {}; {}", pieces_text(fresh),
                             are_moving ? "what it cut off moves freely"
                                        : "what it cut off rests where it is, in a static scene"));
-}
-
-std::vector<FixOptions> TrackedBody::fix_of_change(const SceneChange& change) const {
-    if (!frame_.cut) return change.fix;
-    Scene listed;
-    listed.fix = change.fix;
-    add_copies_to_lists(listed, frame_.cut->mesh.nodes.size() - frame_.cut->originals.size(),
-                        frame_.cut->originals);
-    return listed.fix;
-}
-
-/// What holds the body in the responses' static solves: there, free pieces need a place, too.
-std::vector<FixOptions> TrackedBody::fix_of_responses(const std::vector<MeshPiece>& free) const {
-    std::vector<FixOptions> fix = cutting_->listed.fix;
-    const TetMesh& mesh = body_.mesh();
-    std::vector<std::int32_t> nodes;
-    if (scene_.time.is_dynamic()) {
-        Scene at_rest = cutting_->listed;
-        at_rest.time.scheme = TimeScheme::static_equilibrium;
-        nodes = nodes_of_pieces(held_pieces(at_rest, mesh).free, mesh);
-    } else {
-        nodes = nodes_of_pieces(free, mesh);
-    }
-    if (!nodes.empty()) fix.emplace_back().nodes.emplace(nodes.begin(), nodes.end());
-    return fix;
-}
-
-void TrackedBody::renew_responses_on_mesh(const std::vector<MeshPiece>& free) {
-    if (!stating_.statement && !stating_.for_slips) return;
-    stating_.is_outdated = true;
-    stating_.fix = fix_of_responses(free);
-    if (stating_.statement)
-        stating_.statement->set_mesh(cutting_->listed, body_.hierarchy, body_.mesh());
-    else
-        stating_.for_slips->set_mesh(cutting_->listed, body_.hierarchy);
 }
 
 }  // namespace livetet

@@ -62,6 +62,7 @@ void TrackedBody::renew_responses_for_slips() {
 }
 
 bool TrackedBody::work_on_responses() {
+    if (cutting_ && cutting_->opening) return false;  // they would be made anew when it opens
     if (stating_.statement) return stating_.statement->work();
     return stating_.for_slips && stating_.for_slips->work();
 }

@@ -159,7 +159,8 @@ std::string report_json(const Report& r) {
     if (const auto& cuts = r.run.cuts)
         out["cuts"] = {{"openings", cuts->openings},       {"parted", cuts->parted},
                        {"nodes_added", cuts->nodes_added}, {"pieces", cuts->pieces},
-                       {"free_pieces", cuts->free_pieces}, {"longest_ms", cuts->longest_ms}};
+                       {"free_pieces", cuts->free_pieces}, {"longest_ms", cuts->longest_ms},
+                       {"prepared_ms", cuts->prepared_ms}};
     if (r.truth) out["targets"] = truth_json(*r.truth);
     if (r.stated) out["stated_error"] = stated_json(*r.stated);
     return json_text(out);

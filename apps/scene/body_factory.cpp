@@ -12,6 +12,7 @@
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/log.hpp"
+#include "base/sliced_task.hpp"
 #include "base/stopwatch.hpp"
 #include "base/together.hpp"
 #include "io/dicom_name.hpp"
@@ -330,6 +331,7 @@ SceneBody make_body(MPI_Comm comm, const Scene& scene, SceneMesh mesh, Use use,
     if (!is_shared) body.hierarchy = std::move(mesh.whole);
     TakenMesh taken = is_shared ? take_rows(comm, scene, std::move(mesh), body)
                                 : take_whole(comm, scene, use, body.hierarchy);
+    pause_point();
     ElasticModel model = elastic_model(scene);
     if (use != Use::track) model.has_graded_patches = false;  // no frame moves them
     if (with_mesh) with_mesh(body.mesh(), taken.levels);

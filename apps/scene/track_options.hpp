@@ -174,8 +174,9 @@ void visit_fields(Visitor& v, TrackOptions& t) {
            "changed in the file during a run");
     v.list("tools", t.tools, "tools shown in the image. May be changed in the file during a run");
     v.field("cut_interval_s", t.cut_interval_s, "s",
-            "what blades cut within this time, by the samples' clock, opens together at its end: "
-            "opening takes the time of several frames",
+            "what blades cut opens so long after it, by the samples' clock: what is cut within the "
+            "first half of this time opens together, and is prepared between the frames of the "
+            "second half",
             within({0, 60}));
     v.list("targets", t.targets,
            "what each frame states the error of: each by point_mm, points, or a selection of nodes "

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/sliced_task.hpp"
 #include "mechanics/rotation.hpp"
 #include "solvers/assembly/batch_support.hpp"
 #include "solvers/assembly/level_assembler_points.hpp"
@@ -18,6 +19,7 @@ LevelAssembler::LevelAssembler(PartitionedMesh share, std::span<const Material> 
         has_mean_dilation_ = formulation == Formulation::mixed;
     else if (formulation == Formulation::mixed)
         pressure_ = make_pressure_space(share_);
+    pause_point();
     if (const auto* layout = std::get_if<MatrixLayout>(&storage)) {
         if (is_batched()) make_double_batches();
         matrix_.emplace(share_, *layout);

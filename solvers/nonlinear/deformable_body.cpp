@@ -4,6 +4,7 @@
 #include <cmath>
 #include <thread>
 
+#include "base/sliced_task.hpp"
 #include "base/stopwatch.hpp"
 #include "solvers/nonlinear/body_input.hpp"
 
@@ -31,7 +32,9 @@ const SolverOptions& checked(const ElasticModel& model, const TimeOptions& time,
 /// With the mass that a dynamic scheme needs.
 TimeIntegrator make_time_integrator(const TimeOptions& time, LinearSolver& solver, BodyState& state,
                                     ThreadTeam& team) {
+    pause_point();
     if (time.is_dynamic()) solver.find_mass();
+    pause_point();
     return TimeIntegrator(time, solver.fine(), state, team);
 }
 

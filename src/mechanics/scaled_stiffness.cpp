@@ -1,5 +1,7 @@
 #include "mechanics/scaled_stiffness.hpp"
 
+#include "base/sliced_task.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -115,12 +117,15 @@ ScaledStiffness::ScaledStiffness(std::span<const TetElement> elements,
 void ScaledStiffness::find_rows(std::span<const std::array<std::int32_t, 4>> tets,
                                 std::size_t nodes) {
     std::vector<std::vector<std::int32_t>> neighbours(nodes);
-    for (const auto& tet : tets)
-        for (const std::int32_t i : tet)
-            for (const std::int32_t j : tet)
+    for (std::size_t e = 0; e < tets.size(); ++e) {
+        pause_point_at(e);
+        for (const std::int32_t i : tets[e])
+            for (const std::int32_t j : tets[e])
                 if (i != j) neighbours[i].push_back(j);
+    }
     start_.push_back(0);
     for (std::size_t i = 0; i < nodes; ++i) {
+        pause_point_at(i);
         auto& row = neighbours[i];
         std::sort(row.begin(), row.end());
         row.erase(std::unique(row.begin(), row.end()), row.end());
@@ -141,6 +146,13 @@ void ScaledStiffness::find_rows(std::span<const std::array<std::int32_t, 4>> tet
     }
 }
 
+namespace {
+
+/// Steps in which so many batches are rotated.
+std::size_t steps_of(std::size_t batches) { return (batches + step_batches - 1) / step_batches; }
+
+}  // namespace
+
 void ScaledStiffness::find_steps(std::span<const std::array<std::int32_t, 4>> tets,
                                  const BatchParts& parts) {
     const std::vector<BatchRange>& own = parts.rounds.front();
@@ -158,6 +170,7 @@ void ScaledStiffness::find_steps(std::span<const std::array<std::int32_t, 4>> te
     };
     std::vector<EdgeTets> tets_of_block(columns_.size());  // of each block right of the diagonal
     for (std::size_t lane = 0; lane < parts.tet_of_lane.size(); ++lane) {
+        pause_point_at(lane);
         if (parts.tet_of_lane[lane] < 0) continue;
         const auto& tet = tets[parts.tet_of_lane[lane]];
         const auto at = static_cast<std::uint32_t>(lane) * 16;
@@ -177,8 +190,7 @@ void ScaledStiffness::find_steps(std::span<const std::array<std::int32_t, 4>> te
     }
     std::vector<std::vector<std::vector<std::int32_t>>> edges(own.size());  // part, step
     for (std::size_t p = 0; p < edges.size(); ++p)
-        edges[p].resize(std::max<std::size_t>(
-            1, (own[p].end - own[p].begin + step_batches - 1) / step_batches));
+        edges[p].resize(std::max<std::size_t>(1, steps_of(own[p].end - own[p].begin)));
     // Edges of later tets alone go to parts and steps by their order: a cache line that two threads
     // write is slow.
     std::vector<std::int32_t> of_later;
@@ -203,6 +215,7 @@ void ScaledStiffness::find_steps(std::span<const std::array<std::int32_t, 4>> te
                 return tets_of_block[a].shares.size() < tets_of_block[b].shares.size();
             });
             const std::size_t first_group = groups_.size();
+            pause_point();
             for (const std::int32_t k : of_step) {
                 const auto& shares = tets_of_block[k].shares;
                 const auto count = static_cast<std::int32_t>(shares.size());

@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "base/error.hpp"
+#include "base/sliced_task.hpp"
 #include "base/thread_team.hpp"
 #include "mesh/point_locator.hpp"
 #include "mesh/tet_frame.hpp"
@@ -31,6 +32,7 @@ Weights extrapolated(const Weights& near, const Weights& at) {
 
 BarycentricMap map_into(const TetMesh& mesh, std::span<const Vector3> points, Outside outside) {
     const PointLocator locator(mesh);
+    pause_point();
     BarycentricMap map;
     map.nodes.resize(points.size());
     map.weights.resize(points.size());

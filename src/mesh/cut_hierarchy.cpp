@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/sliced_task.hpp"
 #include "mesh/mesh_pieces.hpp"
 #include "mesh/segment_crossings.hpp"
 #include "mesh/tet_cut.hpp"
@@ -30,6 +31,7 @@ std::vector<Vector3> midst_of_tets(const TetMesh& mesh) {
 BarycentricMap map_across(const TetMesh& fine, const TetMesh& coarse) {
     const std::vector<Triangle> boundary = boundary_triangles(fine.tets);
     const std::vector<std::int32_t> on_boundary = nodes_of(boundary);
+    pause_point();
     const std::vector<Vector3> midst = midst_of_tets(fine);
     std::vector<Vector3> points = fine.nodes;
     for (const std::int32_t n : on_boundary) points[n] += way_inside * (midst[n] - points[n]);
@@ -57,8 +59,10 @@ CutCounts cut_levels(std::vector<TetMesh>& levels, const CutSurface& surface,
 
 MeshHierarchy with_cut_transfers(std::vector<TetMesh> levels, std::string provenance) {
     MeshHierarchy hierarchy{std::move(levels), {}, std::move(provenance)};
-    for (std::size_t l = 0; l + 1 < hierarchy.levels.size(); ++l)
+    for (std::size_t l = 0; l + 1 < hierarchy.levels.size(); ++l) {
         hierarchy.transfers.push_back(map_across(hierarchy.levels[l], hierarchy.levels[l + 1]));
+        pause_point();
+    }
     check_hierarchy(hierarchy);
     return hierarchy;
 }

@@ -9,6 +9,7 @@
 
 #include "base/disjoint_sets.hpp"
 #include "base/error.hpp"
+#include "base/sliced_task.hpp"
 
 namespace livetet {
 
@@ -65,6 +66,7 @@ std::vector<HexPlace> places_of(const TetMesh& mesh, const std::string& where) {
     std::vector<HexPlace> places;
     HexPlace low{};
     for (std::size_t e = 0; e < mesh.hexahedra.size(); ++e) {
+        pause_point_at(e);
         const Hexahedron& cell = mesh.hexahedra[e];
         const Vector3 at = in_cells * (mesh.nodes[cell[0]] - origin);
         const Vector3 whole = at.array().round();
@@ -128,12 +130,14 @@ HexLevel coarser_level(HexLevel& fine) {
         }
         fine.parents.push_back(of_part);
     }
+    pause_point();
     std::vector<HexLink> links;
     for (const HexLink& link : fine.links)
         if (fine.parents[link.lower] != fine.parents[link.upper])
             links.push_back({fine.parents[link.lower], fine.parents[link.upper], link.axis});
     std::sort(links.begin(), links.end());
     links.erase(std::unique(links.begin(), links.end()), links.end());
+    pause_point();
     return make_hex_level(std::move(places), std::move(links));
 }
 
@@ -147,7 +151,8 @@ HexLevel hex_level_of(const TetMesh& mesh, const std::string& where) {
     std::sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) {
         return std::tie(level.places[a], a) < std::tie(level.places[b], b);
     });
-    for (std::size_t e = 0; e < level.places.size(); ++e)
+    for (std::size_t e = 0; e < level.places.size(); ++e) {
+        pause_point_at(e);
         for (int axis = 0; axis < 3; ++axis) {
             const auto above = face_corners(axis, true), below = face_corners(axis, false);
             HexPlace next = level.places[e];
@@ -160,12 +165,14 @@ HexLevel hex_level_of(const TetMesh& mesh, const std::string& where) {
                 if (same) level.links.push_back({static_cast<std::int32_t>(e), *other, axis});
             }
         }
+    }
     return level;
 }
 
 std::vector<HexLevel> hex_levels(const TetMesh& mesh, std::size_t enough) {
     std::vector<HexLevel> levels{hex_level_of(mesh, "grid")};
     while (levels.back().cells.size() > enough) {
+        pause_point();
         HexLevel next = coarser_level(levels.back());
         if (2 * next.cells.size() > levels.back().cells.size()) {
             levels.back().parents.clear();

@@ -4,6 +4,7 @@
 #include <map>
 #include <numeric>
 
+#include "base/sliced_task.hpp"
 #include "mesh/hex_cut.hpp"
 #include "mesh/hex_transfer.hpp"
 
@@ -71,6 +72,7 @@ std::vector<std::int32_t> regions_of(const TetMesh& fine, const HexLevel& level,
 
 GridHierarchy grid_hierarchy(const TetMesh& grid, std::size_t enough) {
     GridHierarchy made{hex_levels(grid, enough), {}};
+    pause_point();
     made.meshes.levels.push_back(grid);
     GridFrame frame = grid_frame(grid, made.levels.front());
     for (std::size_t l = 1; l < made.levels.size(); ++l) {
@@ -85,6 +87,7 @@ GridHierarchy grid_hierarchy(const TetMesh& grid, std::size_t enough) {
         for (std::size_t e = 0; e < fine.parents.size(); ++e)
             mesh.shares[fine.parents[e]] += finer.shares[e] / 8;
         if (!finer.regions.empty()) mesh.regions = regions_of(finer, fine, coarse.cells.size());
+        pause_point();
         made.meshes.transfers.push_back(transfer_between(fine, coarse));
         made.meshes.levels.push_back(std::move(mesh));
     }

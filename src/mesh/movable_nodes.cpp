@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/sliced_task.hpp"
 #include "mesh/least_dihedral.hpp"
 
 namespace livetet {
@@ -28,7 +29,9 @@ MovableNodes::MovableNodes(TetMesh& mesh) : mesh_(mesh) {
         for (std::size_t e = 0; e < mesh.tets.size(); ++e)
             for (const std::int32_t n : mesh.tets[e]) add(n, static_cast<std::int32_t>(e));
     });
+    pause_point();
     boundary_ = boundary_triangles(mesh.tets);
+    pause_point();
     at_boundary_ = make_lists(mesh.nodes.size(), [&](auto&& add) {
         for (std::size_t i = 0; i < boundary_.size(); ++i)
             for (const std::int32_t n : boundary_[i]) add(n, static_cast<std::int32_t>(i));

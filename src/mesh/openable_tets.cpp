@@ -9,6 +9,7 @@
 #include <map>
 #include <utility>
 
+#include "base/sliced_task.hpp"
 #include "mesh/movable_nodes.hpp"
 #include "mesh/node_copies.hpp"
 #include "mesh/rest_iteration.hpp"
@@ -62,6 +63,7 @@ std::vector<MovedNode> move_onto_cut(
     TetMesh& mesh, const std::map<std::int32_t, std::vector<Vector3>>& crossings) {
     const std::vector<Vector3> before = mesh.nodes;
     MovableNodes movable(mesh);
+    pause_point();
     for (int sweep = 0; sweep < max_sweeps; ++sweep)
         for (const auto& [node, points] : crossings) {
             const NearPlane plane = plane_through(points);
@@ -168,6 +170,7 @@ OpenedNodes OpenableTets::open_level(Level& level, TetMesh& mesh) const {
     std::vector<Tet> tets = mesh.tets;
     OpenedNodes nodes;
     nodes.originals = part_nodes(tets, mesh.nodes.size(), level.links, level.cuts.cut);
+    pause_point();
     std::map<std::int32_t, std::vector<Vector3>> crossings;  // of nodes that are first doubled
     for (const std::int32_t n : nodes.originals)
         if (!level.was_parted[n]) crossings[n];
@@ -180,10 +183,12 @@ OpenedNodes OpenableTets::open_level(Level& level, TetMesh& mesh) const {
                 at->second.push_back(level.crossings[l]);
     }
     nodes.moved = move_onto_cut(mesh, crossings);
+    pause_point();
     level.is_parted = level.was_parted;
     for (const std::int32_t n : nodes.originals) level.is_parted[n] = 1;
     level.is_parted.resize(mesh.nodes.size() + nodes.originals.size(), 1);
     mesh.triangle_sets = moved_sets(mesh, tets);
+    pause_point();
     mesh.tets = std::move(tets);
     append_copies(mesh, nodes.originals);
     return nodes;
@@ -194,6 +199,7 @@ OpenedLevels OpenableTets::open(const std::vector<TetMesh>& levels) {
     for (std::size_t l = levels_.size(); l-- > 0;) {
         Level& level = levels_[l];
         level.cuts.rejoin_small_pieces(level.links, level.middles.size(), least_piece);
+        pause_point();
         opened.nodes = open_level(level, opened.levels[l]);
     }
     return opened;

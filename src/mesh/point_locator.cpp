@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/error.hpp"
+#include "base/sliced_task.hpp"
 #include "geometry/nearest_triangle.hpp"
 #include "mesh/tet_frame.hpp"
 
@@ -70,7 +71,10 @@ class TetGrid {
 
     void build_frames(const TetMesh& mesh) {
         frames_.reserve(mesh.tets.size());
-        for (const Tet& t : mesh.tets) frames_.push_back(frame_of(mesh, t));
+        for (const Tet& t : mesh.tets) {
+            pause_point_at(frames_.size());
+            frames_.push_back(frame_of(mesh, t));
+        }
     }
 
     template <class Visit>
@@ -87,14 +91,18 @@ class TetGrid {
 
     void fill(const TetMesh& mesh) {
         first_.assign(static_cast<std::size_t>(cells_.x()) * cells_.y() * cells_.z() + 1, 0);
-        for (const Tet& t : mesh.tets)
-            for_each_cell(mesh, t, [&](std::size_t c) { ++first_[c + 1]; });
+        for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
+            pause_point_at(e);
+            for_each_cell(mesh, mesh.tets[e], [&](std::size_t c) { ++first_[c + 1]; });
+        }
         for (std::size_t c = 1; c < first_.size(); ++c) first_[c] += first_[c - 1];
         tets_.resize(first_.back());
         std::vector<std::int32_t> next(first_.begin(), first_.end() - 1);
-        for (std::size_t e = 0; e < mesh.tets.size(); ++e)
+        for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
+            pause_point_at(e);
             for_each_cell(mesh, mesh.tets[e],
                           [&](std::size_t c) { tets_[next[c]++] = static_cast<std::int32_t>(e); });
+        }
     }
 
     Eigen::AlignedBox3d box_;

@@ -126,6 +126,27 @@ Vector3 interpolate(const BarycentricMap& map, const EdgeNodes& edges, std::size
     return value;
 }
 
+PointSampler PointSampler::after_cut(const TetMesh& before, const TetMesh& after) const {
+    const Lists at_first_corner = make_lists(before.nodes.size(), [&](auto&& add) {
+        for (std::size_t p = 0; p < map_.size(); ++p)
+            add(map_.nodes[p].front(), static_cast<std::int32_t>(p));
+    });
+    PointSampler cut = *this;
+    for (std::size_t e = 0; e < before.tets.size(); ++e) {
+        const Tet &was = before.tets[e], &is = after.tets[e];
+        for (const std::int32_t p : at_first_corner[was.front()]) {
+            if (map_.nodes[p] != was) continue;
+            cut.map_.nodes[p] = is;
+            if (!std::ranges::equal(was, is, [&](std::int32_t a, std::int32_t b) {
+                    return before.nodes[a] == after.nodes[b];
+                }))
+                cut.map_.weights[p] = weights_in(
+                    after, is, interpolate(map_, static_cast<std::size_t>(p), before.nodes));
+        }
+    }
+    return cut;
+}
+
 std::vector<Vector3> PointSampler::sample(std::span<const Vector3> values) const {
     std::vector<Vector3> at_points;
     at_points.reserve(map_.size());

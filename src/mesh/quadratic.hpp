@@ -48,6 +48,9 @@ class PointSampler {
     PointSampler(const TetMesh& mesh, std::span<const Vector3> points,
                  Outside outside = Outside::nearest)
         : map_(map_into(mesh, points, outside)), edges_(mesh) {}
+    /// That of the same places once a cut has opened: each in its tet, which keeps its number and
+    /// may have other corners. `before`: the P1 mesh that this was made of.
+    PointSampler after_cut(const TetMesh& before, const TetMesh& after) const;
     std::vector<Vector3> sample(std::span<const Vector3> values) const;
     /// The value at one point.
     Vector3 sample(std::size_t point, std::span<const Vector3> values) const {

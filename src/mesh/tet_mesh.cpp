@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "base/error.hpp"
+#include "base/sliced_task.hpp"
 #include "mesh/tet_faces.hpp"
 
 namespace livetet {
@@ -40,6 +41,7 @@ std::vector<Triangle> boundary_triangles(std::span<const Tet> tets) {
     const auto lowest = [](const Triangle& t) { return *std::min_element(t.begin(), t.end()); };
     for (std::size_t face = 0; face < 4 * tets.size(); ++face) ++end[lowest(wound(face)) + 1];
     std::partial_sum(end.begin(), end.end(), end.begin());
+    pause_point();
     std::vector<std::uint32_t> faces(4 * tets.size());
     for (std::size_t face = 0; face < faces.size(); ++face)  // end[n] moves to the end of node n
         faces[end[lowest(wound(face))]++] = static_cast<std::uint32_t>(face);
@@ -52,6 +54,7 @@ std::vector<Triangle> boundary_triangles(std::span<const Tet> tets) {
     std::vector<Face> at_node;
     std::vector<bool> is_boundary(faces.size(), false);
     for (std::int32_t n = 0; n < node_count; ++n) {
+        pause_point_at(static_cast<std::size_t>(n));
         at_node.clear();
         for (std::size_t i = n > 0 ? end[n - 1] : 0; i < end[n]; ++i) {
             Triangle sorted = wound(faces[i]);

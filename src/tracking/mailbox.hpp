@@ -23,10 +23,12 @@ class Mailbox {
     /// Reader: makes the newest value available as `incoming`, valid until the next `take`. Returns
     /// false if nothing was posted since the last `take`.
     bool take() {
-        if (!(middle_.load(std::memory_order_relaxed) & fresh)) return false;
+        if (!has_new()) return false;
         reading_ = middle_.exchange(reading_, std::memory_order_acq_rel) & ~fresh;
         return true;
     }
+    /// Reader: whether something was posted since the last `take`.
+    bool has_new() const { return middle_.load(std::memory_order_relaxed) & fresh; }
     const T& incoming() const { return slots_[reading_]; }
 
     /// Number of values posted so far. `wait_beyond(n)` sleeps until it exceeds n.

@@ -61,6 +61,8 @@ class TrackerSource {
     virtual const StreamSample* next();
     /// Like `next`, but returns nullptr at once if there is no new sample.
     const StreamSample* take();
+    /// Whether `next` would return at once.
+    bool has_next() const { return mailbox_.has_new(); }
     virtual SourceStatus status() const = 0;
 
     /// Index of a tool in the samples' poses. The index of a tool requested later may be beyond the

@@ -29,18 +29,20 @@ struct BladedGrid {
     }
 };
 
-TEST(BladeCuts, WhatIsCutIsDueAnIntervalAfterItsFirstLink) {
+TEST(BladeCuts, WhatIsCutBeginsToOpenHalfAnIntervalAfterItsFirstLink) {
     BladedGrid grid;
     EXPECT_FALSE(grid.cuts.is_due(100));
     grid.sweep({Vector3(0.021, -0.01, 0.06), Vector3(0.021, 0.05, 0.06)}, {0, 0, -0.02}, 5);
     EXPECT_FALSE(grid.cuts.is_due(100)) << "above the grid's links";
     grid.sweep({Vector3(0.021, -0.01, 0.04), Vector3(0.021, 0.05, 0.04)}, {0, 0, -0.008}, 1);
     const double first_s = grid.time_s;
-    EXPECT_FALSE(grid.cuts.is_due(first_s + 0.49));
-    EXPECT_TRUE(grid.cuts.is_due(first_s + 0.51));
+    EXPECT_FALSE(grid.cuts.is_due(first_s + 0.24));
+    EXPECT_TRUE(grid.cuts.is_due(first_s + 0.26));
     grid.sweep({Vector3(0.021, -0.01, 0.033), Vector3(0.021, 0.05, 0.033)}, {0, 0, -0.012}, 2);
-    EXPECT_FALSE(grid.cuts.is_due(first_s + 0.49)) << "later links do not put it off";
-    EXPECT_TRUE(grid.cuts.is_due(first_s + 0.51));
+    EXPECT_FALSE(grid.cuts.is_due(first_s + 0.24)) << "later links do not put it off";
+    EXPECT_TRUE(grid.cuts.is_due(first_s + 0.26));
+    EXPECT_DOUBLE_EQ(grid.cuts.begin(), first_s + 0.5);
+    EXPECT_FALSE(grid.cuts.is_due(first_s + 100)) << "it has begun";
     EXPECT_EQ(grid.cuts.parted(), 0U);
     const OpenedLevels opened = grid.cuts.open({grid.mesh});
     EXPECT_EQ(opened.nodes.originals.size(), 5U * 2);
@@ -49,13 +51,45 @@ TEST(BladeCuts, WhatIsCutIsDueAnIntervalAfterItsFirstLink) {
     EXPECT_FALSE(grid.cuts.is_due(first_s + 100));
 }
 
+/// What blades cut while an opening is prepared waits for the next one, but for one that begins
+/// once more.
+TEST(BladeCuts, WhatIsCutMeanwhileOpensLater) {
+    for (const bool restarts : {false, true}) {
+        BladedGrid grid;
+        grid.sweep({Vector3(0.021, -0.01, 0.046), Vector3(0.021, 0.05, 0.046)}, {0, 0, -0.012});
+        const double opens_s = grid.cuts.begin();
+        grid.sweep({Vector3(0.021, -0.01, 0.033), Vector3(0.021, 0.05, 0.033)}, {0, 0, -0.012}, 2);
+        EXPECT_FALSE(grid.cuts.is_due(opens_s + 100));
+        EXPECT_EQ(grid.cuts.open({grid.mesh}).nodes.originals.size(), 5U);
+        if (restarts) {
+            grid.cuts.restart();
+            EXPECT_TRUE(grid.cuts.is_due(opens_s));
+            EXPECT_DOUBLE_EQ(grid.cuts.begin(), opens_s);
+            EXPECT_EQ(grid.cuts.open({grid.mesh}).nodes.originals.size(), 10U);
+            continue;
+        }
+        grid.mesh = grid.opened();
+        grid.cuts.keep();
+        EXPECT_EQ(grid.cuts.parted(), 4U);
+        EXPECT_FALSE(grid.cuts.is_due(grid.time_s + 0.1))
+            << "its interval counts from its own first link";
+        EXPECT_TRUE(grid.cuts.is_due(opens_s + 100));
+        EXPECT_GT(grid.cuts.begin(), opens_s);
+        EXPECT_EQ(grid.cuts.open({grid.mesh}).nodes.originals.size(), 5U);
+        grid.cuts.keep();
+        EXPECT_EQ(grid.cuts.parted(), 8U);
+    }
+}
+
 TEST(BladeCuts, WhatIsUndoneIsNotCut) {
     BladedGrid grid;
     grid.sweep({Vector3(0.021, -0.01, 0.046), Vector3(0.021, 0.05, 0.046)}, {0, 0, -0.02});
+    grid.cuts.begin();
     grid.mesh = grid.opened();
     grid.cuts.keep();
     grid.still.assign(grid.mesh.nodes.size(), Vector3::Zero());
     grid.sweep({Vector3(0.021, -0.01, 0.026), Vector3(0.021, 0.05, 0.026)}, {0, 0, -0.04});
+    grid.cuts.begin();
     EXPECT_EQ(mesh_pieces(grid.opened()).size(), 2U);
     grid.cuts.undo();
     EXPECT_FALSE(grid.cuts.is_due(100));

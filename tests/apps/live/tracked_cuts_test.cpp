@@ -399,6 +399,41 @@ TEST(TrackedCuts, TheSameSamplesGiveTheSameBits) {
     for (const bool are_tets : {false, true}) expect_the_same_bits(are_tets);
 }
 
+/// An opening that is prepared between frames, as a whole or a little at a time until a frame has
+/// to finish it, is the one that a frame makes.
+void expect_the_same_prepared(bool are_tets) {
+    std::vector<std::vector<Vector3>> runs;
+    for (const int slices : {0, 1, 1000}) {  // between two frames
+        BladeBlock block;
+        if (are_tets) block.use_tets();
+        block.scene.time.scheme = TimeScheme::newmark;
+        BladeRun run(block);
+        run.rest(30);
+        int unfinished = 0;
+        const Vector3 end = down_to(0.03), way = end - above;
+        for (int k = 0; k <= 40; ++k) {
+            run.step({0, 0, -0.003}, above + std::min(1.0, k / 20.0) * way);
+            for (int slice = 0; slice < slices; ++slice)
+                unfinished += !run.tracked().prepare_cut([] { return true; });
+        }
+        EXPECT_EQ(unfinished > 0, slices > 0);
+        EXPECT_EQ(unfinished > 40, slices == 1000) << unfinished;
+        ASSERT_NE(run.frame().cut, nullptr);
+        EXPECT_GE(run.frame().cut->openings, 2U);
+        EXPECT_GT(run.frame().cut->prepared_s, 0);
+        runs.push_back(run.frame().displacement);
+    }
+    EXPECT_EQ(runs[0], runs[1]);
+    EXPECT_EQ(runs[0], runs[2]);
+}
+
+TEST(TrackedCuts, AnOpeningPreparedBetweenFramesIsTheSame) {
+    for (const bool are_tets : {false, true}) {
+        SCOPED_TRACE(are_tets);
+        expect_the_same_prepared(are_tets);
+    }
+}
+
 /// The stated errors are those of a body with the cut, once its responses are known again.
 TEST(TrackedCuts, ErrorsAreNotStatedUntilTheResponsesOfTheCutBodyAreKnown) {
     BladeBlock block;
@@ -480,6 +515,29 @@ TEST(TrackedCuts, AChangedSceneIsAppliedToTheCutBody) {
     BladeRun other(bladeless);
     other.rest(3);
     EXPECT_THROW(other.tracked().change(prepare_change(block.scene, block.mesh())), Error);
+}
+
+/// What is prepared for the scene as it was is prepared once more.
+TEST(TrackedCuts, ASceneMayChangeWhileACutIsOpening) {
+    const BladeBlock block;
+    BladeRun run(block);
+    run.rest(30);
+    const auto is_opening = [&] { return !run.tracked().prepare_cut([] { return true; }); };
+    double z = above.z();
+    while (!is_opening() && z > 0.03) run.step({0, 0, 0}, down_to(z -= 0.004));
+    ASSERT_GT(z, 0.03);
+    ASSERT_EQ(run.frame().cut, nullptr);
+    Scene edited = block.scene;
+    edited.fix.emplace_back().half_space_mm = {0.1, 0, 0, 1, 0, 0};
+    run.tracked().change(prepare_change(edited, block.mesh()));
+    EXPECT_FALSE(is_opening());
+    run.rest(40, {0.004, 0, 0});
+    ASSERT_NE(run.frame().cut, nullptr);
+    EXPECT_EQ(run.frame().cut->openings, 1U);
+    for (std::size_t n = 0; n < run.mesh().nodes.size(); ++n) {
+        if (run.mesh().nodes[n].x() > 1e-6) continue;
+        EXPECT_EQ(run.frame().displacement[n], Vector3(0, 0, 0));
+    }
 }
 
 /// Cuts and presses at random: finite, at rest where it is held, and each free piece is told of.

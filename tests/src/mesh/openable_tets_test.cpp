@@ -12,6 +12,7 @@
 #include "base/error.hpp"
 #include "mesh/least_dihedral.hpp"
 #include "mesh/mesh_pieces.hpp"
+#include "mesh/quadratic.hpp"
 #include "support/shapes.hpp"
 
 namespace livetet {
@@ -183,6 +184,35 @@ TEST(TetLinks, TheSameTetTwiceIsNoLink) {
     const std::vector<Tet> tets{{0, 1, 2, 3}, {1, 2, 3, 4}, {1, 0, 3, 2}};
     for (const auto& [lower, upper] : links_of(tets)) {
         EXPECT_TRUE(lower == 1 || upper == 1) << lower << " " << upper;
+    }
+}
+
+/// Places stay in their tets, also where nodes moved onto the cut: fields that are linear in the
+/// opened mesh are found exactly, and so is the piece that a place is in.
+TEST(OpenableTets, PlacesStayInTheirTets) {
+    const std::vector<TetMesh> levels = box_levels();
+    const TetMesh& before = levels.front();
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> place(0, 0.06);
+    std::vector<Vector3> places;
+    for (int k = 0; k < 500; ++k) places.emplace_back(place(random), place(random), place(random));
+    const PointSampler sampler(before, places);
+    OpenableTets tets(levels, "box");
+    const Vector3 normal = Vector3(0.3, 0.8, 0.4).normalized();
+    for (int step = 0; step < 50; ++step) tets.cut(swept(normal, step, step + 1));
+    const OpenedLevels opened = tets.open(levels);
+    const TetMesh& after = opened.levels.front();
+    ASSERT_FALSE(opened.nodes.moved.empty());
+    const PointSampler cut = sampler.after_cut(before, after);
+    const MeshPiece piece = mesh_pieces(after).back();
+    std::vector<Vector3> pieces(after.nodes.size(), Vector3::Zero());
+    for (const std::int32_t n : nodes_of_pieces({&piece, 1}, after)) pieces[n] = Vector3::Ones();
+    const double side = std::copysign(1.0, (piece.centroid - box_middle).dot(normal));
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        EXPECT_LT((cut.sample(i, after.nodes) - places[i]).norm(), 1e-15);
+        const double height = side * (places[i] - box_middle).dot(normal);
+        if (std::abs(height) < 0.01) continue;
+        EXPECT_NEAR(cut.sample(i, pieces).x(), height > 0, 1e-14) << places[i].transpose();
     }
 }
 
