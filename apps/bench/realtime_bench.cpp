@@ -77,13 +77,14 @@ int bench_realtime(const RealtimeArguments& arguments) {
                               machine.bandwidth(), progress));
     nlohmann::json front;
     if (requested("front") && arguments.frames > 0) {
-        const std::vector<FrontRow> rows =
+        const Front measured =
             measure_front({std::max(arguments.frames, 60), std::clamp(arguments.frames, 60, 180),
-                           arguments.truth_tets, arguments.threads, arguments.poisson},
+                           arguments.truth_tets, arguments.threads, arguments.poisson,
+                           arguments.organ, arguments.label},
                           progress);
-        print_front(rows);
-        front = json_of(rows);
-        charts.push_back(chart_of(rows));
+        print_front(measured);
+        front = {{"name", "front"}, {"organ", measured.organ}, {"rows", json_of(measured.rows)}};
+        charts.push_back(chart_of(measured));
     }
     bool all = true;
     nlohmann::json cuts;
@@ -99,7 +100,7 @@ int bench_realtime(const RealtimeArguments& arguments) {
         list.push_back(json_of(r));
         all = all && r.meets_target();
     }
-    if (!front.is_null()) list.push_back({{"name", "front"}, {"rows", front}});
+    if (!front.is_null()) list.push_back(front);
     if (!cuts.is_null()) list.push_back({{"name", "cut"}, {"rows", cuts}});
     list.push_back({{"name", "machine"}, {"figures", json_of(machine)}});
     if (!arguments.json.empty()) write_text_file(arguments.json, list.dump(2) + "\n");
@@ -137,6 +138,12 @@ void add_realtime_benchmark(CLI::App& bench, int& status) {
     command->add_option("--poisson", a->poisson, "Poisson's ratio of front, of body and truth")
         ->capture_default_str()
         ->check(CLI::Range(0.3, 0.4999));
+    command->add_option("--organ", a->organ,
+                        "organ of front: a label map, or a closed surface in mm (RAS); pressed at "
+                        "its front, held at its back (default: the phantom)");
+    command->add_option("--label", a->label, "of the organ in its label map; 0: all")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 1000000));
     command->add_option("--json", a->json, "write the figures of every case to this file");
     add_figure_option(*command, "--figure", a->figure,
                       "draw error against frame time for each method, on the mesh of the first "

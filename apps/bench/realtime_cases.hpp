@@ -12,10 +12,12 @@ namespace livetet {
 /// `livetet bench realtime`.
 struct RealtimeArguments {
     std::vector<std::string> sizes{"P60", "V68", "beamA", "beamB", "front", "cut"};
-    int frames = 10000;      ///< timed frames of each case and row
-    int threads = 0;         ///< see solver.threads
-    double poisson = 0.45;   ///< of the case front
-    int truth_tets = 14000;  ///< ten-node tets of the true organ of the case front
+    int frames = 10000;           ///< timed frames of each case and row
+    int threads = 0;              ///< see solver.threads
+    double poisson = 0.45;        ///< of the case front
+    int truth_tets = 14000;       ///< ten-node tets of the true organ of the case front
+    std::filesystem::path organ;  ///< of the case front; see read_front_organ
+    int label = 0;
     std::filesystem::path json, figure;
 };
 

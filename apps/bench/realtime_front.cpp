@@ -7,9 +7,9 @@
 #include <cmath>
 
 #include "apps/bench/accuracy_run.hpp"
-#include "apps/bench/accuracy_truth.hpp"
 #include "apps/bench/distribution_table.hpp"
 #include "apps/bench/follower.hpp"
+#include "apps/bench/front_organ.hpp"
 #include "apps/bench/realtime_cases.hpp"
 #include "apps/plots/pareto.hpp"
 #include "image/mask_selection.hpp"
@@ -60,11 +60,12 @@ std::array<int, 2> iterations_on(const FrontMesh& mesh, bool is_mixed) {
 }
 
 /// Graded at the patch that the truth presses.
-MeshHierarchy front_mesh(const FrontMesh& mesh, const PhantomImages& images, const Truth& truth,
+MeshHierarchy front_mesh(const FrontMesh& mesh, const FrontOrgan& organ, const Truth& truth,
                          const ProgressCallback& progress) {
+    const PhantomImages& images = organ.images;
     if (mesh.is_grid) {
         MeshHierarchy grid =
-            make_hierarchy({voxel_grid(images.labels, {}, {}, mesh.cells).mesh}, "the phantom");
+            make_hierarchy({voxel_grid(images.labels, {}, {}, mesh.cells).mesh}, organ.name);
         TetMesh& finest = grid.levels.front();
         finest.node_sets["fixed"] = nodes_in_mask(finest, images.fixed_mask);
         return grid;
@@ -93,11 +94,12 @@ Scene front_scene(const FrontMesh& mesh, const std::string& law, const Truth& tr
 class FrontRun {
   public:
     FrontRun(const FrontMesh& mesh, const std::string& law, int iterations,
-             const MeshHierarchy& hierarchy, const Truth& truth, const FrontOptions& options)
+             const MeshHierarchy& hierarchy, const SimulatedTrackerOptions& tracker,
+             const Truth& truth, const FrontOptions& options)
         : truth_(truth),
           limits_{.max_iterations = iterations},
           judged_(judged_targets(truth)),
-          follower_(front_scene(mesh, law, truth, options), hierarchy, tracker()),
+          follower_(front_scene(mesh, law, truth, options), hierarchy, tracker),
           targets_(follower_.mesh(), places()),
           row_{.elements = name_of(mesh),
                .law = law,
@@ -107,12 +109,6 @@ class FrontRun {
                    mesh.is_grid ? follower_.mesh().hexahedra.size() : follower_.mesh().tets.size(),
                .nodes = follower_.mesh().nodes.size(),
                .iterations = iterations} {}
-
-    static SimulatedTrackerOptions tracker() {
-        SimulatedTrackerOptions tracker = bench_tracker();
-        tracker.position_rms_mm = tracker.rotation_rms_deg = 0;
-        return tracker;
-    }
 
     void rest(const TrackerSample& sample) { (void)follower_.frame(sample, limits_); }
 
@@ -190,14 +186,14 @@ class FrontRun {
 /// Runs the frames of a row: at rest, then those whose errors are taken, then those that are only
 /// timed.
 FrontRow measure_row(const FrontMesh& mesh, const std::string& law, int iterations,
-                     const MeshHierarchy& hierarchy, const Truth& truth,
-                     const FrontOptions& options) {
+                     const MeshHierarchy& hierarchy, const SimulatedTrackerOptions& tracker,
+                     const Truth& truth, const FrontOptions& options) {
     // The frames between the judged ones are timed, too.
     const int timed = std::max(0, options.frames - options.error_frames * 29 / 30);
     const int pressed = options.error_frames + timed;
-    const auto samples = record_press(FrontRun::tracker(), rate, pressed, press_depth, 0.2);
+    const auto samples = record_press(tracker, rate, pressed, press_depth, 0.2);
     const std::size_t first = samples.size() - pressed;
-    FrontRun run(mesh, law, iterations, hierarchy, truth, options);
+    FrontRun run(mesh, law, iterations, hierarchy, tracker, truth, options);
     for (std::size_t k = 0; k < first; ++k) run.rest(samples[k]);
     for (int k = 0; k < pressed; ++k) {
         if (k < options.error_frames)
@@ -210,31 +206,34 @@ FrontRow measure_row(const FrontMesh& mesh, const std::string& law, int iteratio
 
 }  // namespace
 
-std::vector<FrontRow> measure_front(const FrontOptions& options, ProgressLine& progress) {
-    const PhantomImages images = make_phantom_images(0.0015, 1);
-    progress.update(0, "front: the truth");
-    const PressedOrgan organ = press_organ(
-        images, options.truth_tets, {0.0025, 0.005, 0.0075, 0.01, 0.0125, press},
-        progress.callback(), {.poisson = options.poisson, .sharp_rim = true, .patch_edge = 0.002});
+Front measure_front(const FrontOptions& options, ProgressLine& progress) {
+    progress.update(0, "front: the organ");
+    const FrontOrgan organ =
+        options.organ.empty() ? phantom_front_organ()
+                              : read_front_organ(options.organ, options.label, progress.callback());
+    const Truth truth =
+        press_front_organ(organ, options.truth_tets, options.poisson,
+                          {0.0025, 0.005, 0.0075, 0.01, 0.0125, press}, progress.callback());
     const auto is_mixed = [&](const FrontMesh& mesh, const std::string& law) {
-        const Scene scene = front_scene(mesh, law, organ.truth, options);
+        const Scene scene = front_scene(mesh, law, truth, options);
         return resolved_formulation(elastic_model(scene)) == Formulation::mixed;
     };
-    std::vector<FrontRow> rows;
+    Front front{organ.name, {}};
     for (std::size_t k = 0; k < std::size(meshes); ++k) {
         const FrontMesh& mesh = meshes[k];
         if (mesh.is_grid && is_mixed(mesh, "neohookean")) continue;
-        const MeshHierarchy hierarchy = front_mesh(mesh, images, organ.truth, progress.callback());
+        const MeshHierarchy hierarchy = front_mesh(mesh, organ, truth, progress.callback());
         for (const std::string& law : laws_on(mesh))
             for (const int iterations : iterations_on(mesh, is_mixed(mesh, law))) {
                 progress.update(0.2 + 0.8 * static_cast<double>(k) / std::size(meshes),
                                 fmt::format("front: {}, {} cells, {}, {}", name_of(mesh),
                                             mesh.cells, name_of_mesh(mesh.graded), law));
-                rows.push_back(measure_row(mesh, law, iterations, hierarchy, organ.truth, options));
+                front.rows.push_back(
+                    measure_row(mesh, law, iterations, hierarchy, organ.tracker, truth, options));
             }
     }
-    mark_front(rows);
-    return rows;
+    mark_front(front.rows);
+    return front;
 }
 
 void mark_front(std::vector<FrontRow>& rows) {
@@ -247,13 +246,14 @@ void mark_front(std::vector<FrontRow>& rows) {
     for (const std::size_t k : pareto_front(seconds, errors)) rows[k].on_front = true;
 }
 
-void print_front(const std::vector<FrontRow>& rows) {
+void print_front(const Front& front) {
+    const std::vector<FrontRow>& rows = front.rows;
     constexpr const char* heads =
         "{:<5} {:<8} {:<10} {:<6} {:>6} {:>6} {:>6} | {:>6} {:>6} {:>6} | {:>6} {:>8} {:>9} | "
         "{:>6} {:>8} {:>6} | {:>7} {:>8} {:>7} {:>8}\n";
     if (rows.empty()) return;
-    fmt::print("Whole error of a frame at the targets, press of 15 mm at 1 Hz, nu {}\n",
-               rows.front().poisson);
+    fmt::print("Whole error of a frame at the targets in {}, press of 15 mm at 1 Hz, nu {}\n",
+               front.organ, rows.front().poisson);
     fmt::print(fmt::runtime(heads), "front", "elements", "law", "mesh", "cells", "nodes", "cycles",
                "median", "p99", "p99 *", "cpu", "switches", "steal", "forces", "operator", "solve",
                "solver", "error", "error", "volume");
@@ -303,9 +303,10 @@ nlohmann::json json_of(const std::vector<FrontRow>& rows) {
     return list;
 }
 
-WorkPrecisionChart chart_of(const std::vector<FrontRow>& rows) {
-    WorkPrecisionChart chart{fmt::format("whole error of a frame, press of 15 mm, nu = {}",
-                                         rows.empty() ? 0 : rows.front().poisson),
+WorkPrecisionChart chart_of(const Front& front) {
+    const std::vector<FrontRow>& rows = front.rows;
+    WorkPrecisionChart chart{fmt::format("whole error of a frame in {}, press of 15 mm, nu = {}",
+                                         front.organ, rows.empty() ? 0 : rows.front().poisson),
                              "error at the targets, % of the press",
                              {},
                              "median time of a frame, s",

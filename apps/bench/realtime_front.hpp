@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -31,24 +32,31 @@ struct FrontRow {
 };
 
 struct FrontOptions {
-    int frames = 10000;      ///< timed frames of each row
-    int error_frames = 180;  ///< its first frames, whose errors are taken
-    int truth_tets = 14000;  ///< ten-node tets of the truth
-    int threads = 0;         ///< see solver.threads
-    double poisson = 0.45;   ///< from 0.49 on with pressures
+    int frames = 10000;             ///< timed frames of each row
+    int error_frames = 180;         ///< its first frames, whose errors are taken
+    int truth_tets = 14000;         ///< ten-node tets of the truth
+    int threads = 0;                ///< see solver.threads
+    double poisson = 0.45;          ///< from 0.49 on with pressures
+    std::filesystem::path organ{};  ///< see read_front_organ; empty: the phantom
+    int label = 0;
 };
 
-/// The phantom pressed by 15 mm once a second, sixty frames a second, by a sensor without noise;
+struct Front {
+    std::string organ;  ///< its name
+    std::vector<FrontRow> rows;
+};
+
+/// An organ pressed by 15 mm once a second, sixty frames a second, by a sensor without noise;
 /// static, with four-node and ten-node tets of several meshes: corotated and neo-Hookean on even
 /// ones, neo-Hookean on graded ones; neo-Hookean on grids, unless pressures are needed, which live
-/// grids do not have. Truth: `press_organ` with a flat disc and edges of 2 mm there.
-std::vector<FrontRow> measure_front(const FrontOptions& options, ProgressLine& progress);
+/// grids do not have. Truth: `press_front_organ`.
+Front measure_front(const FrontOptions& options, ProgressLine& progress);
 
-void print_front(const std::vector<FrontRow>& rows);
+void print_front(const Front& front);
 nlohmann::json json_of(const std::vector<FrontRow>& rows);
 /// Sets `on_front` of each row.
 void mark_front(std::vector<FrontRow>& rows);
 /// Error against median frame time, a line for each kind of element, law and mesh, and the front.
-WorkPrecisionChart chart_of(const std::vector<FrontRow>& rows);
+WorkPrecisionChart chart_of(const Front& front);
 
 }  // namespace livetet

@@ -1,67 +1,15 @@
 #include "apps/bench/registration_organ.hpp"
 
-#include <fmt/format.h>
-
 #include <Eigen/Geometry>
 
+#include "apps/bench/organ_places.hpp"
 #include "apps/phantom/phantom_shape.hpp"
 #include "apps/phantom/phantom_truth.hpp"
-#include "base/error.hpp"
-#include "geometry/nearest_triangle.hpp"
-#include "geometry/spread_points.hpp"
-#include "geometry/triangle_area.hpp"
 #include "io/surface_file.hpp"
 #include "mesh/quadratic.hpp"
 #include "meshing/levels.hpp"
 
 namespace livetet {
-
-namespace {
-
-Vector3 middle_of(const TriangleMesh& surface, const Triangle& t) {
-    return (surface.nodes[t[0]] + surface.nodes[t[1]] + surface.nodes[t[2]]) / 3;
-}
-
-/// The place of the surface that is seen from `centre` in a direction, and the mean normal there.
-Grip place_towards(const TriangleMesh& surface, const Vector3& centre, const Vector3& direction) {
-    constexpr double about_m = 0.015;
-    double best = -2;
-    Grip grip{};
-    for (const Triangle& t : surface.triangles) {
-        const Vector3 middle = middle_of(surface, t);
-        const double along = (middle - centre).normalized().dot(direction.normalized());
-        if (along > best) best = along, grip.place = middle;
-    }
-    grip.direction = Vector3::Zero();
-    for (const Triangle& t : surface.triangles)
-        if ((middle_of(surface, t) - grip.place).norm() < about_m)
-            grip.direction += area_vector(surface.nodes, t);
-    grip.direction.normalize();
-    return grip;
-}
-
-/// Places inside, near the grip, as far from each other as can be (farthest-point sampling).
-std::vector<NamedPoint> targets_inside(const TetMesh& mesh, const Vector3& place) {
-    constexpr double deep_m = 0.008, near_m = 0.070;
-    constexpr std::size_t count = 32;
-    const std::vector<Triangle> surface = boundary_triangles(mesh.tets);
-    const NearestTriangle nearest(mesh.nodes, surface);
-    std::vector<Vector3> inside;
-    for (const Tet& tet : mesh.tets) {
-        Vector3 x = Vector3::Zero();
-        for (const std::int32_t n : tet) x += mesh.nodes[n] / 4;
-        if ((x - place).norm() < near_m && nearest.find(x).distance > deep_m) inside.push_back(x);
-    }
-    if (inside.size() < count)
-        fail("bench registration: found {} places inside near the grip, expected {} or more",
-             inside.size(), count);
-    std::vector<NamedPoint> targets;
-    for (const std::size_t i : spread_points(inside, count).chosen)
-        targets.push_back({fmt::format("T{:02}", targets.size() + 1), inside[i]});
-    return targets;
-}
-
-}  // namespace
 
 BenchOrgan phantom_organ(const PhantomImages& images) {
     BenchOrgan organ;
@@ -114,11 +62,13 @@ BenchOrgan surface_organ(const std::filesystem::path& file) {
         return hierarchy;
     };
     organ.grip = [surface, centre, up = organ.up](std::mt19937_64& engine) {
-        Grip grip = place_towards(surface, centre, up + 0.6 * normal_vector(engine).normalized());
-        grip.direction = (grip.direction + 0.8 * normal_vector(engine).normalized()).normalized();
-        return grip;
+        const SurfacePlace at =
+            place_towards(surface, centre, up + 0.6 * normal_vector(engine).normalized());
+        return Grip{at.place, (at.normal + 0.8 * normal_vector(engine).normalized()).normalized()};
     };
-    organ.targets = targets_inside;
+    organ.targets = [](const TetMesh& mesh, const Vector3& place) {
+        return targets_inside(mesh, place, {});
+    };
     return organ;
 }
 

@@ -9,12 +9,14 @@ namespace {
 
 TEST(Mailbox, HasNothingUntilSomethingIsPostedAndThenTheNewestOnce) {
     Mailbox<int> mailbox;
+    EXPECT_FALSE(mailbox.has_new());
     EXPECT_FALSE(mailbox.take());
     for (const int value : {1, 2, 3}) {
         mailbox.outgoing() = value;
         mailbox.post();
     }
     EXPECT_EQ(mailbox.posted(), 3U);
+    EXPECT_TRUE(mailbox.has_new());
     ASSERT_TRUE(mailbox.take());
     EXPECT_EQ(mailbox.incoming(), 3);
     EXPECT_FALSE(mailbox.take());
