@@ -78,13 +78,9 @@ PressedOrgan press_organ(const PhantomImages& images, int tets, std::vector<doub
     for (const Vector3& place : places)
         for (const Vector3& p : places_around(place))
             points.push_back({fmt::format("S{}", points.size()), p});
-    std::optional<FineSphere> finer;
-    if (body.patch_edge > 0) finer = {places.front(), 1.5 * body.patch_radius, body.patch_edge};
-    TruthModel model = rounded_press(body.patch_radius, body.poisson);
-    if (body.sharp_rim) model.rim_share = 1;
-    solve_truth(with_quadratic_level(
-                    mesh_for_truth(images.labels, images.fixed_mask, tets, progress, finer)),
-                points, organ.truth, progress, model);
+    solve_truth(
+        with_quadratic_level(mesh_for_truth(images.labels, images.fixed_mask, tets, progress)),
+        points, organ.truth, progress, rounded_press(body.patch_radius, body.poisson));
 
     auto next = organ.truth.targets.begin() + static_cast<std::ptrdiff_t>(targets.size());
     const auto first = next;

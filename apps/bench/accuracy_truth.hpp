@@ -33,8 +33,6 @@ constexpr int max_true_sensors = 16;
 struct TrueBody {
     double poisson = Material{}.poisson;
     double patch_radius = 0.015;  ///< m
-    bool sharp_rim = false;       ///< a flat disc instead of one with a rounded rim
-    double patch_edge = 0;        ///< of the tets at the disc, m; 0: as elsewhere
 };
 
 /// Computes targets and sensors at each of the depths (m, rising, above 0) with P2 tets of a

@@ -43,6 +43,8 @@ int bench_realtime(const RealtimeArguments& arguments) {
                arguments.sizes.end();
     };
     check_sizes(arguments.sizes);
+    if (!arguments.organ.empty() && !requested("front"))
+        fail("--organ {}: no case takes it, expected --size front", arguments.organ.string());
     const int threads =
         arguments.threads > 0
             ? arguments.threads
@@ -120,7 +122,7 @@ void add_realtime_benchmark(CLI::App& bench, int& status) {
     command->add_option("--size", a->sizes,
                         "cases: P60, V68 (the phantom), beamA, beamB, front (whole error "
                         "against frame time, by elements and law), cut (frames while a blade cuts, "
-                        "at most 1000 of each row); default: all");
+                        "some 1000 of each row at most, in real time); default: all");
     command
         ->add_option(
             "--frames", a->frames,

@@ -168,8 +168,8 @@ void print_cuts(const std::vector<CutRow>& rows) {
         "A blade cuts; {:.0f} frames a second, {:.0f} ms for each. Opened: frames in which a cut "
         "opens\n",
         1 / interval_s, 1e3 * cut_deadline_s);
-    fmt::print(fmt::runtime(heads), "elements", "prepared", "cells", "faces", "openings",
-               "prepared", "median", "p95", "p99", "worst", "late", "opened", "worst");
+    fmt::print(fmt::runtime(heads), "elements", "prepared", "cells", "faces", "openings", "takes",
+               "median", "p95", "p99", "worst", "late", "opened", "worst");
     fmt::print(fmt::runtime(heads), "", "", "", "a frame", "", "ms", "ms", "ms", "ms", "ms", "%",
                "ms", "ms");
     for (const CutRow& r : rows)

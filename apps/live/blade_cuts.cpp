@@ -76,7 +76,9 @@ bool BladeCuts::is_due(double time_s) const {
     return !begun_s_ && pending_s_ && time_s - *pending_s_ >= interval_s_ / 2;
 }
 
+/// Crumbs are left here, not when it is prepared: a clock says when that is.
 double BladeCuts::begin() {
+    cuttable_->rejoin_crumbs();
     begun_s_ = std::exchange(pending_s_, std::nullopt);
     return *begun_s_ + interval_s_;
 }

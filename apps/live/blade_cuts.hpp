@@ -22,7 +22,7 @@ struct CutMesh {
     std::size_t pieces = 1;       ///< of the body
     std::size_t free_pieces = 0;  ///< of these, not held by fix or drive
     double longest_s = 0;         ///< longest time that an opening took of a frame
-    double prepared_s = 0;        ///< longest time that preparing one took, beside frames
+    double prepared_s = 0;        ///< longest time of preparing one, between frames or in one
 };
 
 /// Appends the copies of the listed nodes. `first`: number of the first copy; `originals`: of each
@@ -54,10 +54,10 @@ class BladeCuts {
     /// Whether something was cut that should begin to open now.
     bool is_due(double time_s) const;
     /// Begins to open what was cut so far; what is cut from now on waits for the next opening.
-    /// Returns the time to open at.
+    /// Crumbs stay with a neighbour: a blade that trembles would crumble what it touches. Returns
+    /// the time to open at.
     double begin();
-    /// The mesh with all that was cut open; `levels`: as they are now. Crumbs stay with a
-    /// neighbour: a blade that trembles would crumble what it touches. May be called beside
+    /// The mesh with all that was cut open; `levels`: as they are now. May be called beside
     /// `follow`.
     OpenedLevels open(const std::vector<TetMesh>& levels) { return cuttable_->open(levels); }
     /// What was begun has been opened.

@@ -29,8 +29,8 @@ std::vector<FixOptions> fix_of_responses(const Scene& listed, const TetMesh& mes
 
 namespace {
 
-/// A step of no account, in which what is fixed moves by a micrometre: a body's first one makes
-/// what all need.
+/// Makes a step that is thrown away, in which what is fixed moves by a micrometre: a body's first
+/// step makes what all steps need.
 void warm_up(CutBody& made) {
     const Vector3 move(0, 0, 1e-6);
     Constraints constraints = made.constraints->constraints();

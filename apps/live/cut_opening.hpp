@@ -14,7 +14,8 @@
 
 namespace livetet {
 
-/// What an opening begins with. All that is referred to stays as it is until it is done.
+/// What an opening begins with. All of it must outlive the opening; meshes, lists and places stay
+/// as they are.
 struct UncutBody {
     const SceneBody& body;
     const Scene& listed;                 ///< see listed_scene

@@ -103,9 +103,9 @@ class TrackedBody {
     /// as while a cut is being opened. Returns false if nothing is to be done now.
     bool work_on_responses();
 
-    /// Call it between frames: prepares the next opening of a cut until `is_over`, which is asked
-    /// every few milliseconds. Returns true if there is nothing left to do. What is left when it is
-    /// time to open the cut, a frame does.
+    /// Call it between frames: prepares the next opening of a cut until `is_over`, which another
+    /// thread asks every few milliseconds while this one waits. Returns true if there is nothing
+    /// left to do. What is left when it is time to open the cut, a frame does.
     bool prepare_cut(const std::function<bool()>& is_over);
 
     struct ShownTool {
@@ -205,6 +205,7 @@ class TrackedBody {
         const TrackerSample& sample,
         const std::optional<RigidTransform<Tracker, Reference>>& tracker_from_reference);
     void cut_by_blades();
+    void restart_opening();
     void open_cut();
     void continue_on_mesh(CutBody& made);
     static void add_copies_to(Settling& settling, const CutBody& made);

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <utility>
 
 #include "apps/live/listed_scene.hpp"
 #include "apps/live/response_nodes.hpp"
@@ -104,10 +103,8 @@ void TrackedBody::change(SceneChange&& change) {
                 before[n] = 0;  // they have not arrived yet
         scene_constraints_.emplace(on_cut_mesh ? std::move(*on_cut_mesh)
                                                : std::move(change.constraints));
-        if (cutting_) {
-            if (std::exchange(cutting_->opening, nullptr)) cutting_->cuts.restart();
-            cutting_->listed.fix = fix;
-        }
+        restart_opening();
+        if (cutting_) cutting_->listed.fix = fix;
         stating_.fix = std::move(fix);
         if (frame_.cut) {
             const auto free = held_pieces(cutting_->listed, body_.mesh()).free;

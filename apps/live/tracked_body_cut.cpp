@@ -64,6 +64,7 @@ void TrackedBody::follow_blades(
 
 void TrackedBody::cut_by_blades() {
     Cutting& c = *cutting_;
+    c.replaced.reset();  // as a rule prepare_cut did
     c.cuts.follow(frame_.time_s, c.edges, body_.mesh(), frame_.displacement);
     if (c.cuts.is_due(frame_.time_s)) {
         const double opens_s = c.cuts.begin();
@@ -80,6 +81,13 @@ bool TrackedBody::prepare_cut(const std::function<bool()>& is_over) {
     if (!cutting_) return true;
     cutting_->replaced.reset();
     return !cutting_->opening || cutting_->opening->prepare(is_over);
+}
+
+/// What it was prepared for changes: it begins once more.
+void TrackedBody::restart_opening() {
+    if (!cutting_ || !cutting_->opening) return;
+    cutting_->opening.reset();
+    cutting_->cuts.restart();
 }
 
 void TrackedBody::open_cut() {

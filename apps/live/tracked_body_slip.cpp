@@ -46,6 +46,7 @@ std::optional<Eigen::Matrix3d> TrackedBody::ring_response(const Sensor& sensor) 
 }
 
 void TrackedBody::judge_slips_by(std::unique_ptr<TargetResponses> responses) {
+    restart_opening();
     stating_.restart();
     stating_.for_slips = std::move(responses);
 }

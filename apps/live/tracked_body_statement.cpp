@@ -6,6 +6,7 @@ namespace livetet {
 
 void TrackedBody::state_errors(std::unique_ptr<ErrorStatement> statement,
                                const std::optional<ExpectedRegistrationError>& registration) {
+    restart_opening();
     stating_.restart();
     stating_.statement = std::move(statement);
     stating_.registration = registration;

@@ -57,7 +57,7 @@ std::string slip_verdict(const Report& r) {
 std::string cuts_verdict(const RunCuts& c) {
     std::string text = fmt::format(
         "Cuts: blades parted {} of neighbouring cells and doubled {}, opened {}, in at most {:.0f} "
-        "ms of a frame each, after at most {:.0f} ms of preparation; ",
+        "ms of a frame each; to prepare one took at most {:.0f} ms; ",
         counted(c.parted, "pair"), counted(c.nodes_added, "node"), counted(c.openings, "time"),
         c.longest_ms, c.prepared_ms);
     text += c.pieces == 1 ? "the body still hangs together"

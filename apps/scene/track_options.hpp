@@ -173,11 +173,12 @@ void visit_fields(Visitor& v, TrackOptions& t) {
            "the sensors that move the surface; where patches overlap, the mean is used. May be "
            "changed in the file during a run");
     v.list("tools", t.tools, "tools shown in the image. May be changed in the file during a run");
-    v.field("cut_interval_s", t.cut_interval_s, "s",
-            "what blades cut opens so long after it, by the samples' clock: what is cut within the "
-            "first half of this time opens together, and is prepared between the frames of the "
-            "second half",
-            within({0, 60}));
+    v.field(
+        "cut_interval_s", t.cut_interval_s, "s",
+        "a cut opens within this time after the blade, by the samples' clock: what is cut in its "
+        "first half opens together at its end, and is prepared in its second half, between "
+        "frames; 0: in the frame of the blade",
+        within({0, 60}));
     v.list("targets", t.targets,
            "what each frame states the error of: each by point_mm, points, or a selection of nodes "
            "(of a region, the worst place counts); none: no error statement");

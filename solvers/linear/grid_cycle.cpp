@@ -176,7 +176,7 @@ RenewalExtent GridCycle::update(const ElementRotations& at, double s, double m, 
     return RenewalExtent::whole;
 }
 
-/// Columns of nodes that are apart come from one product: each of its rows is of one of them.
+/// Columns of nodes that are apart come from one product: each of its rows comes from at most one.
 void GridCycle::factor_coarsest() {
     Level& level = *levels_.back();
     const auto n = static_cast<Eigen::Index>(level.A.components());

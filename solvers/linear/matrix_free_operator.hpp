@@ -48,7 +48,7 @@ class MatrixFreeOperator {
         over_components([&](std::size_t i) { visit(i, force_[i] + shift_[i] * x[i]); });
     }
 
-    /// The same of Hooke's stiffness alone, s K x.
+    /// The same of Hooke's stiffness alone, s K x, for any x.
     template <class Visit>
     void visit_stiffness(std::span<float> x, Visit&& visit) {
         add_products(Tangent::frozen_rotation, x);

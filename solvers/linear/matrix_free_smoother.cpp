@@ -13,7 +13,7 @@ MatrixFreeSmoother::MatrixFreeSmoother(MatrixFreeOperator& A, int steps, double 
 }
 
 void MatrixFreeSmoother::find_bound() {
-    if (bound_ != 0) return;
+    if (is_bound_known_) return;
     std::uint32_t state = 12345;
     for (std::size_t i = 0; i < A_.components(); ++i) {
         state = state * 1664525u + 1013904223u;
@@ -31,6 +31,7 @@ void MatrixFreeSmoother::find_bound() {
         const auto scale = static_cast<float>(1 / std::sqrt(after));
         for (std::size_t i = 0; i < A_.components(); ++i) x_[i] = scale * d_[i];
     }
+    is_bound_known_ = true;
 }
 
 double MatrixFreeSmoother::squared_norm(std::span<const float> x) const {

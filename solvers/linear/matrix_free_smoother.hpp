@@ -17,7 +17,8 @@ class MatrixFreeSmoother {
 
     /// Finds the bound of the eigenvalues, the first time that it is called: the largest one of
     /// D^-1 A without mass, springs and constraints, which only lower it (for constraints: Cauchy's
-    /// interlacing theorem), from 20 steps of power iteration. Overwrites x.
+    /// interlacing theorem), from 20 steps of power iteration. Turns of the cells change it
+    /// little. Overwrites x.
     void find_bound();
 
     /// x += ChebyshevSteps for A x = b; `from_zero`: x is 0, whatever it holds.
@@ -44,7 +45,8 @@ class MatrixFreeSmoother {
     int steps_;
     double lowest_;
     std::vector<float> b_, x_, d_;
-    double bound_ = 0;  ///< 0: to be found
+    double bound_ = 1;
+    bool is_bound_known_ = false;
 };
 
 }  // namespace livetet

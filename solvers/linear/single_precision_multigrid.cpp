@@ -57,14 +57,13 @@ struct SinglePrecisionMultigrid::Level {
         team.run_pieces(nodes(), grain, work);
     }
 
-    void set_constrained() { set_free(false); }
+    void set_constrained() { hold(level.constrained()); }
+    void hold_nothing() { hold(std::vector<std::uint8_t>(nodes(), 0)); }
 
-    /// Takes up the constrained components; `wholly`: takes none.
-    void set_free(bool wholly) {
-        const auto components = level.constrained();
+    void hold(std::span<const std::uint8_t> components) {
         for (std::size_t i = 0; i < nodes(); ++i)
             for (int c = 0; c < 3; ++c) {
-                const bool held = !wholly && components[i] >> c & 1;
+                const bool held = components[i] >> c & 1;
                 scale[3 * i + c] = held ? 0 : A.scale()[i];
                 inverse_scale[3 * i + c] = held ? 0 : 1 / A.scale()[i];
             }
@@ -221,7 +220,7 @@ RenewalExtent SinglePrecisionMultigrid::update(const ElementRotations& finest, d
         const bool is_finest = level == levels_.front();
         if (!is_finest) level->level.update_single_rotations(level->rotations);
         const auto& rotations = is_finest ? finest.single : level->rotations.single;
-        if (!bounds_known_) find_bound(*level, rotations);
+        if (!bounds_known_ && level != levels_.back()) find_bound(*level, rotations);
         level->assemble(rotations, m / s, s, is_finest ? half_ : Renewal::whole);
     }
     bounds_known_ = true;
@@ -240,7 +239,7 @@ RenewalExtent SinglePrecisionMultigrid::update(const ElementRotations& finest, d
 /// theorem).
 void SinglePrecisionMultigrid::find_bound(Level& level,
                                           std::span<const RotationBatch<float>> rotations) {
-    level.set_free(true);
+    level.hold_nothing();
     constexpr double of_stiffness_alone = std::numeric_limits<double>::infinity();
     level.assemble(rotations, 0, of_stiffness_alone, Renewal::whole);
     std::uint32_t state = 12345;
@@ -261,7 +260,7 @@ void SinglePrecisionMultigrid::find_bound(Level& level,
         const auto scale = static_cast<float>(1 / std::sqrt(after));
         for (std::size_t i = 0; i < level.x.size(); ++i) level.x[i] = scale * level.next[i];
     }
-    level.set_free(false);
+    level.set_constrained();
 }
 
 void SinglePrecisionMultigrid::factor_coarsest() {

@@ -80,6 +80,8 @@ class DeformableBody {
     /// number of ranks. Collective. Throws Error where it is of another size.
     BodySnapshot gather_state() const { return livetet::gather_state(mesh(), state_); }
     void set_state(const BodySnapshot& snapshot);
+    /// Takes what the frames of another body have taught it of times and motion; see FrameStepper.
+    void learn_from(const DeformableBody& other) { stepper_.learn_from(other.stepper_); }
     /// Remembers the state, or takes up the one remembered last (a step that is to be done again);
     /// throws Error if there is none.
     void keep_state();

@@ -38,6 +38,7 @@ void carry_state(DeformableBody& from, DeformableBody& to, const OpenedNodes& no
     }
     if (state.nodal.size() > end_forces) scale_by_node(state.nodal[end_forces], to.node_mass());
     to.set_state(state);
+    to.learn_from(from);
 }
 
 }  // namespace livetet

@@ -113,6 +113,14 @@ void FrameStepper::learn(const StepReport& report) {
     reserve_.learn(report.late);
 }
 
+void FrameStepper::learn_from(const FrameStepper& other) {
+    reserve_ = other.reserve_;
+    renewal_s_ = other.renewal_s_;
+    rest_s_ = other.rest_s_;
+    usual_moved_ = other.usual_moved_;
+    settling_steps_ = other.settling_steps_;
+}
+
 bool FrameStepper::is_late(const FrameControls& controls) const {
     return controls.deadline && renewal_s_ + rest_s_ > controls.deadline->left_s();
 }

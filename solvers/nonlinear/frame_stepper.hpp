@@ -41,6 +41,8 @@ class FrameStepper {
     StepReport advance(FrameControls controls);
     /// After the step has ended, with all its times in the report and whether it was late.
     void learn(const StepReport& report);
+    /// Takes what another stepper has learned: that of the body that this one's replaces.
+    void learn_from(const FrameStepper& other);
 
   private:
     LinearReport solve_linear(const FrameControls& controls, StepReport& report);

@@ -9,6 +9,9 @@ namespace {
 /// The task whose thread this is.
 thread_local SlicedTask* own_task = nullptr;
 
+/// Ends work that nobody asks for any more.
+struct Left {};
+
 }  // namespace
 
 void pause_point() {
@@ -28,6 +31,7 @@ void SlicedTask::pause() {
     if (!is_over_ || !(*is_over_)()) return;
     waits_.release();
     goes_on_.acquire();
+    if (is_left_) throw Left{};
 }
 
 bool SlicedTask::work(const std::function<bool()>& is_over) {
@@ -57,10 +61,8 @@ void SlicedTask::finish() {
 
 SlicedTask::~SlicedTask() {
     if (!thread_.joinable()) return;
-    try {
-        finish();
-    } catch (...) {  // nobody asks for it any more
-    }
+    is_left_ = true;
+    if (!is_done_) goes_on_.release();
     thread_.join();
 }
 

@@ -14,12 +14,13 @@ namespace livetet {
 class SlicedTask {
   public:
     explicit SlicedTask(std::function<void()> all) : all_(std::move(all)) {}
-    /// Work that has begun is done first.
+    /// Work that has begun is left at the pause_point where it waits, by an exception.
     ~SlicedTask();
     SlicedTask(const SlicedTask&) = delete;
     SlicedTask& operator=(const SlicedTask&) = delete;
 
     /// Works until a pause_point at which `is_over`, or to the end. Returns whether all is done.
+    /// `is_over` is called by the task's thread, and must not throw.
     bool work(const std::function<bool()>& is_over);
     /// Works to the end. Throws what the work threw.
     void finish();
@@ -34,12 +35,13 @@ class SlicedTask {
     const std::function<bool()>* is_over_ = nullptr;  ///< of the present slice; null: never
     std::binary_semaphore goes_on_{0}, waits_{0};
     std::thread thread_;  ///< none before the first slice
-    bool is_done_ = false;
+    bool is_done_ = false, is_left_ = false;
     std::exception_ptr failure_;
 };
 
-/// A place in long work where it may be interrupted for some time. Outside a SlicedTask it does
-/// nothing.
+/// A place in long work where it may be interrupted for some time, or left by an exception that is
+/// no std::exception. Outside a SlicedTask it does nothing. Not for places that hold a lock, are
+/// called back by C, or are run by a ThreadTeam.
 void pause_point();
 /// The same in a loop over many small things, for one of 4,096.
 inline void pause_point_at(std::size_t index) {

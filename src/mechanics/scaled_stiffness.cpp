@@ -1,10 +1,10 @@
 #include "mechanics/scaled_stiffness.hpp"
 
-#include "base/sliced_task.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+
+#include "base/sliced_task.hpp"
 
 namespace livetet {
 

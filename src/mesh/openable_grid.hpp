@@ -29,8 +29,11 @@ class OpenableGrid : public OpenableMesh {
     std::size_t cut(const TriangleMesh& surface) override {
         return crossings_.mark(surface, cuts_.cut, where_);
     }
-    OpenedLevels open(const std::vector<TetMesh>& levels) override {
+    void rejoin_crumbs() override {
         cuts_.rejoin_small_pieces(level_.links, level_.places.size(), 2);
+    }
+    OpenedLevels open(const std::vector<TetMesh>& levels) override {
+        rejoin_crumbs();
         OpenedGrid opened = open_links(levels.front(), level_, cuts_.cut);
         return {{std::move(opened.mesh)}, {{}, std::move(opened.originals)}};
     }

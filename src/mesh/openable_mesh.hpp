@@ -35,9 +35,11 @@ class OpenableMesh {
     /// neighbours that were not parted before. Throws Error if a corner of the surface is far
     /// away.
     virtual std::size_t cut(const TriangleMesh& surface) = 0;
-    /// All levels with what was cut. `levels`: as they are now. Call `keep` or `undo` then.
-    /// Crumbs that were cut off since the last `keep`, of fewer than two hexahedra or six tets,
-    /// stay with a neighbour.
+    /// Leaves crumbs that were cut off since the last `keep`, of fewer than two hexahedra or six
+    /// tets, with a neighbour.
+    virtual void rejoin_crumbs() = 0;
+    /// All levels with what was cut, after `rejoin_crumbs`. `levels`: as they are now. Call `keep`
+    /// or `undo` then.
     virtual OpenedLevels open(const std::vector<TetMesh>& levels) = 0;
     /// What was cut so far has been opened.
     virtual void keep() = 0;

@@ -194,14 +194,18 @@ OpenedNodes OpenableTets::open_level(Level& level, TetMesh& mesh) const {
     return nodes;
 }
 
-OpenedLevels OpenableTets::open(const std::vector<TetMesh>& levels) {
-    OpenedLevels opened{levels, {}};
-    for (std::size_t l = levels_.size(); l-- > 0;) {
-        Level& level = levels_[l];
+void OpenableTets::rejoin_crumbs() {
+    for (Level& level : levels_) {
         level.cuts.rejoin_small_pieces(level.links, level.middles.size(), least_piece);
         pause_point();
-        opened.nodes = open_level(level, opened.levels[l]);
     }
+}
+
+OpenedLevels OpenableTets::open(const std::vector<TetMesh>& levels) {
+    rejoin_crumbs();
+    OpenedLevels opened{levels, {}};
+    for (std::size_t l = levels_.size(); l-- > 0;)
+        opened.nodes = open_level(levels_[l], opened.levels[l]);
     return opened;
 }
 

@@ -23,6 +23,7 @@ class OpenableTets : public OpenableMesh {
     Vector3 rest_place(const Vector3& y, const TetMesh& mesh,
                        std::span<const Vector3> displacement) const override;
     std::size_t cut(const TriangleMesh& surface) override;
+    void rejoin_crumbs() override;
     OpenedLevels open(const std::vector<TetMesh>& levels) override;
     void keep() override;
     void undo() override;

@@ -29,6 +29,14 @@ struct BladedGrid {
     }
 };
 
+/// Cuts all around cells at a lower corner, from and up to a place along x.
+void cut_around_corner(BladedGrid& grid, double from, double to) {
+    grid.sweep({Vector3(to, 0.002, -0.002), Vector3(to, 0.008, -0.002)}, {0, 0, 0.009});
+    grid.sweep({Vector3(from, 0.009, -0.002), Vector3(to - 0.001, 0.009, -0.002)}, {0, 0, 0.009});
+    grid.sweep({Vector3(from, 0.002, 0.009), Vector3(from, 0.008, 0.009)},
+               {to - from - 0.001, 0, 0});
+}
+
 TEST(BladeCuts, WhatIsCutBeginsToOpenHalfAnIntervalAfterItsFirstLink) {
     BladedGrid grid;
     EXPECT_FALSE(grid.cuts.is_due(100));
@@ -97,21 +105,35 @@ TEST(BladeCuts, WhatIsUndoneIsNotCut) {
     EXPECT_EQ(mesh_pieces(grid.opened()).size(), 1U);
 }
 
-/// All around the cell at the corner of the top: it stays with a neighbour. A piece of two cells
+/// All around the cell at a corner: it stays with a neighbour. A piece of two cells
 /// does not.
 TEST(BladeCuts, ASingleCellIsNotCutOff) {
     for (const bool two_cells : {false, true}) {
         BladedGrid grid;
         const double width = two_cells ? 0.021 : 0.009;
-        grid.sweep({Vector3(width, 0.002, 0.042), Vector3(width, 0.008, 0.042)}, {0, 0, -0.009});
-        grid.sweep({Vector3(-0.002, 0.009, 0.042), Vector3(width - 0.001, 0.009, 0.042)},
-                   {0, 0, -0.009});
-        grid.sweep({Vector3(-0.002, 0.002, 0.031), Vector3(-0.002, 0.008, 0.031)},
-                   {width + 0.001, 0, 0});
+        cut_around_corner(grid, -0.002, width);
         const TetMesh opened = grid.opened();
         EXPECT_EQ(mesh_pieces(opened).size(), two_cells ? 2U : 1U);
         EXPECT_GT(opened.nodes.size(), grid.mesh.nodes.size()) << "the cut around it is made";
     }
+}
+
+/// A clock says whether an opening was prepared before it begins once more. What is cut does not
+/// depend on it.
+TEST(BladeCuts, WhatBeginsOnceMoreIsTheSameWhetherItWasPreparedOrNot) {
+    std::vector<TetMesh> opened;
+    for (const bool is_prepared : {false, true}) {
+        BladedGrid grid;
+        cut_around_corner(grid, -0.002, 0.009);  // a crumb
+        grid.cuts.begin();
+        if (is_prepared) (void)grid.opened();
+        grid.cuts.restart();
+        cut_around_corner(grid, 0.011, 0.021);  // its neighbour
+        grid.cuts.begin();
+        opened.push_back(grid.opened());
+    }
+    EXPECT_EQ(opened[0].hexahedra, opened[1].hexahedra);
+    EXPECT_EQ(mesh_pieces(opened[0]).size(), 2U) << "the crumb hangs together with its neighbour";
 }
 
 /// Far from the organ, or where the body has moved to without end: nothing is cut, nothing fails.

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <stdexcept>
-#include <vector>
 
 namespace livetet {
 namespace {
@@ -43,18 +43,23 @@ TEST(SlicedTask, FinishesWithoutAPause) {
     }
 }
 
-TEST(SlicedTask, IsFinishedWhenItIsDropped) {
+TEST(SlicedTask, IsLeftWhereItPausedWhenItIsDropped) {
     int count = 0;
+    const auto held = std::make_shared<int>();
     {
-        SlicedTask task([&] { count_to_ten(count); });
-        task.work([] { return true; });
+        SlicedTask task([&] {
+            const std::shared_ptr<int> also = held;
+            count_to_ten(count);
+        });
+        task.work([&] { return count == 3; });
+        EXPECT_EQ(held.use_count(), 2);
     }
-    EXPECT_EQ(count, 10) << "what it has begun it does not leave";
-    count = 0;
+    EXPECT_EQ(count, 3);
+    EXPECT_EQ(held.use_count(), 1) << "what it held is given back";
     {
-        const SlicedTask task([&] { count_to_ten(count); });
+        const SlicedTask task([&] { count = 0; });
     }
-    EXPECT_EQ(count, 0) << "what it has not begun it leaves";
+    EXPECT_EQ(count, 3) << "it had not begun";
 }
 
 TEST(SlicedTask, FinishThrowsWhatTheWorkThrew) {
