@@ -38,8 +38,8 @@ class OpenableMesh {
     /// Leaves crumbs that were cut off since the last `keep`, of fewer than two hexahedra or six
     /// tets, with a neighbour.
     virtual void rejoin_crumbs() = 0;
-    /// All levels with what was cut, after `rejoin_crumbs`. `levels`: as they are now. Call `keep`
-    /// or `undo` then.
+    /// Rejoins crumbs and returns all levels with what was cut. `levels`: as they are now. Call
+    /// `keep` or `undo` then.
     virtual OpenedLevels open(const std::vector<TetMesh>& levels) = 0;
     /// What was cut so far has been opened.
     virtual void keep() = 0;
