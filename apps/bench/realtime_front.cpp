@@ -221,7 +221,6 @@ Front measure_front(const FrontOptions& options, ProgressLine& progress) {
     Front front{organ.name, {}};
     for (std::size_t k = 0; k < std::size(meshes); ++k) {
         const FrontMesh& mesh = meshes[k];
-        if (mesh.is_grid && is_mixed(mesh, "neohookean")) continue;
         const MeshHierarchy hierarchy = front_mesh(mesh, organ, truth, progress.callback());
         for (const std::string& law : laws_on(mesh))
             for (const int iterations : iterations_on(mesh, is_mixed(mesh, law))) {

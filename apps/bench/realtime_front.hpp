@@ -48,8 +48,7 @@ struct Front {
 
 /// An organ pressed by 15 mm once a second, sixty frames a second, by a sensor without noise;
 /// static, with four-node and ten-node tets of several meshes: corotated and neo-Hookean on even
-/// ones, neo-Hookean on graded ones; neo-Hookean on grids, unless pressures are needed, which live
-/// grids do not have. Truth: `press_front_organ`.
+/// ones, neo-Hookean on graded ones; neo-Hookean on grids. Truth: `press_front_organ`.
 Front measure_front(const FrontOptions& options, ProgressLine& progress);
 
 void print_front(const Front& front);

@@ -36,19 +36,31 @@ struct StabilityArguments {
 constexpr std::array schemes{TimeScheme::static_equilibrium, TimeScheme::implicit_euler,
                              TimeScheme::newmark, TimeScheme::generalized_alpha};
 constexpr std::array scheme_names{"static", "euler", "newmark", "generalized_alpha"};
-constexpr std::array way_names{"solve",           "track",           "track P2",
-                               "plain",           "plain P2",        "hexahedra",
-                               "hexahedra Q1-P0", "track hexahedra", "plain hexahedra"};
+constexpr std::array way_names{"solve",
+                               "track",
+                               "track P2",
+                               "plain",
+                               "plain P2",
+                               "hexahedra",
+                               "hexahedra Q1-P0",
+                               "track hexahedra",
+                               "track hexahedra Q1-P0",
+                               "plain hexahedra",
+                               "plain hexahedra Q1-P0"};
 constexpr std::array verdict_names{"pass", "fail", "refused", "left out"};
 
 std::vector<StabilityColumn> columns(bool plain) {
     std::vector<StabilityColumn> all;
-    std::vector<SteppedAs> ways{SteppedAs::solve,           SteppedAs::track,
-                                SteppedAs::track_p2,        SteppedAs::hexahedra,
-                                SteppedAs::hexahedra_mixed, SteppedAs::track_hexahedra};
+    std::vector<SteppedAs> ways{SteppedAs::solve,
+                                SteppedAs::track,
+                                SteppedAs::track_p2,
+                                SteppedAs::hexahedra,
+                                SteppedAs::hexahedra_mixed,
+                                SteppedAs::track_hexahedra,
+                                SteppedAs::track_hexahedra_mixed};
     if (plain)
-        ways.insert(ways.end(),
-                    {SteppedAs::plain, SteppedAs::plain_p2, SteppedAs::plain_hexahedra});
+        ways.insert(ways.end(), {SteppedAs::plain, SteppedAs::plain_p2, SteppedAs::plain_hexahedra,
+                                 SteppedAs::plain_hexahedra_mixed});
     for (const SteppedAs way : ways)
         for (const ModelChoice& strain : ModelChoice::alternatives())
             for (const TimeScheme scheme : schemes) all.push_back({way, strain, scheme});
@@ -104,6 +116,15 @@ std::string known_limit(const StabilityCase& c, const StabilityColumn& column) {
         return "turned by up to 28 degrees a step, or moved by the body's length, tets fold over, "
                "which one Newton iteration a frame does not always undo, "
                "and a static solve may keep in another equilibrium";
+    if (column.way == SteppedAs::track_hexahedra_mixed &&
+        column.strain->kinematics() == Kinematics::corotated &&
+        (c.motion == PatchMotion::turn || c.motion == PatchMotion::jump))
+        return "cells fold without an inverted middle, and frames with pressures leave some in "
+               "another equilibrium, of a hundredth of the greatest energy";
+    if (column.way == SteppedAs::track_hexahedra_mixed && column.scheme == TimeScheme::newmark &&
+        column.strain->kinematics() == Kinematics::finite_strain && c.step_s <= 1e-5)
+        return "what a press within 20 steps of 10 us sets swinging dies out more slowly in frames "
+               "with pressures, for a reason that is not known";
     return {};
 }
 
@@ -179,9 +200,10 @@ void print_worse(const std::vector<Row>& rows, const std::vector<StabilityColumn
     for (std::size_t k = 0; k < all.size(); ++k) {
         if (!makes_frames(all[k].way) || is_plain(all[k].way)) continue;
         StabilityColumn counterpart = all[k];
-        counterpart.way = is_of_hexahedra(all[k].way) ? SteppedAs::plain_hexahedra
-                          : has_ten_nodes(all[k].way) ? SteppedAs::plain_p2
-                                                      : SteppedAs::plain;
+        counterpart.way = has_cell_pressures(all[k].way) ? SteppedAs::plain_hexahedra_mixed
+                          : is_of_hexahedra(all[k].way)  ? SteppedAs::plain_hexahedra
+                          : has_ten_nodes(all[k].way)    ? SteppedAs::plain_p2
+                                                         : SteppedAs::plain;
         const auto found = std::find_if(all.begin(), all.end(), [&](const StabilityColumn& c) {
             return name_of(c) == name_of(counterpart);
         });

@@ -100,9 +100,8 @@ class Trial {
         if (has_ten_nodes(column.way)) scene.elements = Elements::p2;
         if (is_plain(column.way)) scene.solver.kind = SolverKind::multigrid;
         if (is_of_hexahedra(column.way))
-            scene.formulation = column.way == SteppedAs::hexahedra_mixed
-                                    ? Formulation::mixed
-                                    : Formulation::displacement;
+            scene.formulation =
+                has_cell_pressures(column.way) ? Formulation::mixed : Formulation::displacement;
         return scene;
     }
     bool is_tracked() const { return makes_frames(column_.way); }

@@ -9,8 +9,8 @@ namespace livetet {
 /// As `solve` steps a scene, each step to its tolerance; or as `track` does, one Newton iteration a
 /// frame until its deadline, with four-node or ten-node tets. `plain`: the same frames by a solver
 /// in double precision, as the counterpart of the live solver's. `hexahedra`: as `solve` on a grid,
-/// by displacements (Q1); `hexahedra_mixed`: in the mixed form (Q1-P0); `track_hexahedra`: as
-/// `track` on a grid; `plain_hexahedra`: its counterpart.
+/// by displacements (Q1); `hexahedra_mixed`: in the mixed form (Q1-P0); `track_hexahedra`,
+/// `track_hexahedra_mixed`: as `track` on a grid; `plain_...`: their counterparts.
 enum class SteppedAs {
     solve,
     track,
@@ -20,11 +20,19 @@ enum class SteppedAs {
     hexahedra,
     hexahedra_mixed,
     track_hexahedra,
-    plain_hexahedra
+    track_hexahedra_mixed,
+    plain_hexahedra,
+    plain_hexahedra_mixed
 };
 
+/// Of hexahedra in the mixed form.
+inline bool has_cell_pressures(SteppedAs way) {
+    return way == SteppedAs::hexahedra_mixed || way == SteppedAs::track_hexahedra_mixed ||
+           way == SteppedAs::plain_hexahedra_mixed;
+}
+
 inline bool is_of_hexahedra(SteppedAs way) {
-    return way == SteppedAs::hexahedra || way == SteppedAs::hexahedra_mixed ||
+    return has_cell_pressures(way) || way == SteppedAs::hexahedra ||
            way == SteppedAs::track_hexahedra || way == SteppedAs::plain_hexahedra;
 }
 inline bool makes_frames(SteppedAs way) {
@@ -33,7 +41,7 @@ inline bool makes_frames(SteppedAs way) {
 }
 inline bool is_plain(SteppedAs way) {
     return way == SteppedAs::plain || way == SteppedAs::plain_p2 ||
-           way == SteppedAs::plain_hexahedra;
+           way == SteppedAs::plain_hexahedra || way == SteppedAs::plain_hexahedra_mixed;
 }
 inline bool has_ten_nodes(SteppedAs way) {
     return way == SteppedAs::track_p2 || way == SteppedAs::plain_p2;

@@ -57,10 +57,11 @@ std::vector<Vector3> read_start(const std::filesystem::path& file, const TetMesh
 
 void hold_at(DeformableBody& body, const Constraints& constraints, std::span<const Vector3> u) {
     constexpr double tolerance = 1e-4;  // m
-    if (body.linear_solver().is_mixed())
+    const LinearSolver& solver = body.linear_solver();
+    if (solver.is_mixed() && solver.fine().share().hexahedra.empty())
         fail(
-            "track.start: found the mixed form (a poisson of 0.49 or more, or formulation), "
-            "expected displacements alone (formulation: displacement)");
+            "track.start: found tets in the mixed form (a poisson of 0.49 or more, or "
+            "formulation), expected displacements alone (formulation: displacement)");
     for (std::size_t n = 0; n < u.size(); ++n)
         for (int c = 0; c < 3; ++c)
             if (const double off = u[n][c] - constraints.values[n][c];

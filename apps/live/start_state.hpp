@@ -21,8 +21,8 @@ std::vector<Vector3> read_start(const std::filesystem::path& result, const TetMe
 ///     f_ext = f(u) - r(u),
 ///
 /// so that u is an equilibrium while constraints and springs stay as they are. Throws Error if the
-/// body has pressures, whose values u does not tell, or if u differs from what `constraints`
-/// prescribe by more than 0.1 mm.
+/// body has pressures at the corners of tets, whose values u does not tell, or if u differs from
+/// what `constraints` prescribe by more than 0.1 mm.
 void hold_at(DeformableBody& body, const Constraints& constraints, std::span<const Vector3> u);
 
 }  // namespace livetet

@@ -192,7 +192,8 @@ void visit_fields(Visitor& v, Scene& s) {
               {Formulation::displacement, "displacement",
                "from the displacement: locks as poisson approaches 0.5"},
               {Formulation::mixed, "mixed",
-               "from a pressure field of its own at the corners: accurate up to 0.4999"}});
+               "from pressures of its own, at the corners of tetrahedra or one in each hexahedron: "
+               "accurate up to 0.4999"}});
     v.group("time", s.time, "time integration");
     v.field("gravity_m_per_s2", s.gravity_m_per_s2, "m/s^2", "acceleration on the whole body");
     v.list("fix", s.fix, "nodes that are held");

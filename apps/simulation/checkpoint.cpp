@@ -127,7 +127,7 @@ std::pair<RunPlace, BodySnapshot> CheckpointStore::read() const {
         state.nodal.push_back(read_my_rows(file, "state/" + name, 3));
     }
     if (file.has("pressure")) {
-        state.corner_count = file.rows("pressure", 1);
+        state.pressure_count = file.rows("pressure", 1);
         state.pressure = read_my_rows(file, "pressure", 1);
     }
     return {place, state};
@@ -180,7 +180,7 @@ ResultFrame CheckpointStore::frame(std::size_t number) const {
 }
 
 void CheckpointStore::write(const RunPlace& place, const BodySnapshot& state) const {
-    const std::size_t bytes = about_.size() + state.corner_count * sizeof(double) +
+    const std::size_t bytes = about_.size() + state.pressure_count * sizeof(double) +
                               state.nodal.size() * state.node_count * sizeof(Vector3);
     write_part(folder_ / state_file, state_format, bytes, [&](hdf5::File& file) {
         file.write_text("run", about_);
@@ -194,8 +194,8 @@ void CheckpointStore::write(const RunPlace& place, const BodySnapshot& state) co
         for (std::size_t i = 0; i < state.nodal.size(); ++i)
             file.write_share<double>(fmt::format("state/{}", i), state.node_count, state.nodal[i],
                                      3);
-        if (state.corner_count > 0)
-            file.write_share<double>("pressure", state.corner_count, state.pressure, 1);
+        if (state.pressure_count > 0)
+            file.write_share<double>("pressure", state.pressure_count, state.pressure, 1);
     });
 }
 

@@ -15,10 +15,12 @@ LevelAssembler::LevelAssembler(PartitionedMesh share, std::span<const Material> 
                                LevelStorage storage, ThreadTeam& team)
     : share_(std::move(share)), team_(team), constrained_(share_.nodes.size(), 0) {
     find_moduli(materials, model);
-    if (!share_.hexahedra.empty())
-        has_mean_dilation_ = formulation == Formulation::mixed;
-    else if (formulation == Formulation::mixed)
-        pressure_ = make_pressure_space(share_);
+    if (formulation == Formulation::mixed) {
+        if (share_.hexahedra.empty() || std::holds_alternative<SinglePrecision>(storage))
+            pressure_ = make_pressure_space(share_);
+        else
+            has_mean_dilation_ = true;
+    }
     pause_point();
     if (const auto* layout = std::get_if<MatrixLayout>(&storage)) {
         if (is_batched()) make_double_batches();

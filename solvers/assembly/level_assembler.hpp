@@ -35,8 +35,8 @@ struct SinglePrecisionBatches {
     std::unique_ptr<const BatchLaw> own_law;  ///< where no model has written it
     std::vector<float> values, forces;  ///< three numbers a local node, one number behind the last
     float per_modulus = 0;              ///< mixed form: see MixedTets
-    std::vector<std::int32_t> node_of_pressure{};  ///< mixed form: of each local pressure
-    std::vector<float> pressures{};                ///< mixed form: of each local node
+    std::vector<std::int32_t> pressure_places{};  ///< of each local pressure in MixedValues::p
+    std::vector<float> pressures{};               ///< room for MixedValues::p
 
     const TetBatches<float>& four_nodes() const { return std::get<0>(batches); }
     std::size_t batch_count() const {
@@ -60,9 +60,9 @@ using LevelStorage = std::variant<MatrixLayout, SinglePrecision, BothPrecisions,
 /// Elements and operator of one mesh level, of P1 or P2 tets or hexahedra: the sum of a tangent
 /// stiffness, damping and the lumped mass that OperatorTerms names; rows and columns of constrained
 /// components are those of the identity. In the mixed form K is that of the displacements alone,
-/// psi_mu + p theta at a given p. Hexahedra have no matrix; their mixed form is Q1-P0 with the
-/// pressure eliminated in each cell, p = lambda times the cell's mean of theta, so that the
-/// displacement is its only unknown.
+/// psi_mu + p theta at a given p. Hexahedra have no matrix; their mixed form is Q1-P0. A
+/// level in single precision has a pressure a cell as an unknown; on others each cell eliminates
+/// its own, p = lambda times the cell's mean of theta.
 ///
 /// An assembler holds what does not change with the displacement: elements, moduli, constraints,
 /// the matrix. Where the body is comes as a Configuration with each call. To evaluate forces at u:
@@ -176,7 +176,7 @@ class LevelAssembler {
     /// f += factor K v on hexahedra. Tangent::frozen_rotation: exact for models without rotations.
     void add_hexahedra_times(double factor, Tangent tangent, const Configuration& at,
                              std::span<const double> v, std::span<double> f) const;
-    /// Whether hexahedra take the cell's mean dilation.
+    /// Whether hexahedra eliminate their pressures.
     bool has_mean_dilation() const { return has_mean_dilation_; }
     /// visit(n as a constant) for the nodes of an element of this level.
     template <class Visitor>
@@ -198,9 +198,9 @@ class LevelAssembler {
                              std::span<const float> v, std::span<float> f,
                              Support of_v = Support::all) const;
 
-    /// The mixed form on a level in single precision. Of local nodes, as MixedLaw has them:
-    /// pressures from a vector of them.
-    void take_pressures(Vec p, std::span<float> of_nodes) const;
+    /// The mixed form on a level in single precision. Pressures where MixedValues has them, from a
+    /// vector of them.
+    void take_pressures(Vec p, std::span<float> places) const;
     /// f and g (see MixedLaw) at `p` and the displacement of `at`.
     void add_mixed_forces(const ElementRotations& at, std::span<const float> p,
                           const MixedForces& to) const;

@@ -98,11 +98,13 @@ void LevelAssembler::make_single_batches() {
 
 void LevelAssembler::make_single_pressures() {
     single_->per_modulus = static_cast<float>(1 / least_mu());
-    single_->node_of_pressure.resize(pressure_->numbers.size());
+    const bool are_of_cells = !share_.hexahedra.empty();
+    single_->pressure_places.resize(pressure_->numbers.size());
     for (std::size_t e = 0; e < share_.tets.size(); ++e)
         for (int i = 0; i < 4; ++i)
-            single_->node_of_pressure[pressure_->tets[e][i]] = share_.tets[e][i];
-    single_->pressures.assign(share_.nodes.size(), 0.0F);
+            single_->pressure_places[pressure_->tets[e][i]] =
+                are_of_cells ? static_cast<std::int32_t>(e) : share_.tets[e][i];
+    single_->pressures.assign(are_of_cells ? share_.tets.size() : share_.nodes.size(), 0.0F);
 }
 
 void LevelAssembler::number_lanes() {
@@ -232,10 +234,10 @@ void LevelAssembler::add_single_forces(const ElementRotations& rotations, std::s
         single_->batches);
 }
 
-void LevelAssembler::take_pressures(Vec p, std::span<float> of_nodes) const {
+void LevelAssembler::take_pressures(Vec p, std::span<float> places) const {
     const ReadArray values(p);
-    for (std::size_t i = 0; i < single_->node_of_pressure.size(); ++i)
-        of_nodes[single_->node_of_pressure[i]] = static_cast<float>(values[i]);
+    for (std::size_t i = 0; i < single_->pressure_places.size(); ++i)
+        places[single_->pressure_places[i]] = static_cast<float>(values[i]);
 }
 
 template <class Work>
@@ -243,13 +245,12 @@ void LevelAssembler::over_mixed_batches(const ElementRotations& at, Work&& work,
                                         Support support) const {
     std::visit(
         [&]<int nodes>(const TetBatches<float, nodes>& batches) {
-            if constexpr (nodes != 8)  // hexahedra have no pressures (see why_not_live)
-                over_batches(
-                    [&](BatchRange range) {
-                        work(single_->law.mixed(),
-                             MixedTets<nodes>{batches, single_->per_modulus, range, at.single});
-                    },
-                    support);
+            over_batches(
+                [&](BatchRange range) {
+                    work(single_->law.mixed(),
+                         MixedTets<nodes>{batches, single_->per_modulus, range, at.single});
+                },
+                support);
         },
         single_->batches);
 }

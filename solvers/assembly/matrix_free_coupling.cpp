@@ -9,7 +9,7 @@ MatrixFreeCoupling::MatrixFreeCoupling(const LevelAssembler& level, double scale
       scale_(scale),
       v_(3 * level.share().nodes.size() + 1, 0.0F),
       f_(v_),
-      p_(level.share().nodes.size(), 0.0F),
+      p_(level.single()->pressures.size(), 0.0F),
       q_(p_),
       g_(p_) {}
 
@@ -24,15 +24,15 @@ void MatrixFreeCoupling::clear() {
 }
 
 void MatrixFreeCoupling::take_scaled(std::span<const double> q) {
-    const auto nodes = std::span(level_.single()->node_of_pressure);
-    for (std::size_t i = 0; i < nodes.size(); ++i)
-        q_[nodes[i]] = q.empty() ? 0 : static_cast<float>(scale_ * q[i]);
+    const auto places = std::span(level_.single()->pressure_places);
+    for (std::size_t i = 0; i < places.size(); ++i)
+        q_[places[i]] = q.empty() ? 0 : static_cast<float>(scale_ * q[i]);
 }
 
 void MatrixFreeCoupling::write_results(std::span<double> f, std::span<double> g) const {
-    const auto nodes = std::span(level_.single()->node_of_pressure);
+    const auto places = std::span(level_.single()->pressure_places);
     level_.over_components([&](std::size_t i) { f[i] = f_[i]; });
-    for (std::size_t i = 0; i < nodes.size(); ++i) g[i] = scale_ * g_[nodes[i]];
+    for (std::size_t i = 0; i < places.size(); ++i) g[i] = scale_ * g_[places[i]];
 }
 
 void MatrixFreeCoupling::multiply(double factor, std::span<const double> v,

@@ -37,13 +37,19 @@ class PointwiseMixedLaw final : public MixedLaw {
                     const MixedForces& to) const override;
     void add_forces(const MixedTets<10>& tets, const MixedValues& at,
                     const MixedForces& to) const override;
+    void add_forces(const MixedTets<8>& cells, const MixedValues& at,
+                    const MixedForces& to) const override;
     void add_products(const MixedTets<4>& tets, float factor, const MixedValues& at,
                       const MixedValues& v, const MixedForces& to) const override;
     void add_products(const MixedTets<10>& tets, float factor, const MixedValues& at,
                       const MixedValues& v, const MixedForces& to) const override;
+    void add_products(const MixedTets<8>& cells, float factor, const MixedValues& at,
+                      const MixedValues& v, const MixedForces& to) const override;
     void add_pressure_forces(const MixedTets<4>& tets, const MixedValues& at,
                              std::span<const float> q, std::span<float> f) const override;
     void add_pressure_forces(const MixedTets<10>& tets, const MixedValues& at,
+                             std::span<const float> q, std::span<float> f) const override;
+    void add_pressure_forces(const MixedTets<8>& cells, const MixedValues& at,
                              std::span<const float> q, std::span<float> f) const override;
 
   private:

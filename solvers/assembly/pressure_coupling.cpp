@@ -78,17 +78,22 @@ void PressureCoupling::make_b() {
 template <class Value>
 void PressureCoupling::fill(PetscHandle<Mat>& matrix, Value&& value) const {
     const PressureSpace& space = *level_.pressure_space();
+    const bool is_grid = !level_.share().hexahedra.empty();
     std::vector<PetscInt> rows, columns;
     std::vector<PetscScalar> values;
     for (std::size_t e = 0; e < space.tets.size(); ++e) {
         const TetElement t = level_.element(e);
+        const auto add = [&](int i, int j, double of_pair) {
+            const std::int32_t row = space.tets[e][i];
+            rows.push_back(row < space.owned ? space.numbers[row] : -1);
+            columns.push_back(space.numbers[space.tets[e][j]]);
+            values.push_back(scale_ * scale_ * of_pair);
+        };
+        double of_cell = 0;
         for (int i = 0; i < 4; ++i)
-            for (int j = 0; j < 4; ++j) {
-                const std::int32_t row = space.tets[e][i];
-                rows.push_back(row < space.owned ? space.numbers[row] : -1);
-                columns.push_back(space.numbers[space.tets[e][j]]);
-                values.push_back(scale_ * scale_ * value(e, t, i, j));
-            }
+            for (int j = 0; j < 4; ++j)
+                is_grid ? void(of_cell += value(e, t, i, j)) : add(i, j, value(e, t, i, j));
+        if (is_grid) add(0, 0, of_cell);
     }
     if (!matrix) matrix = make_matrix(space.comm, space.owned, space.owned, rows, columns);
     LIVETET_PETSC(MatSetValuesCOO(matrix.get(), values.data(), INSERT_VALUES));
@@ -136,6 +141,12 @@ void PressureCoupling::assemble(const Configuration& at) {
 void PressureCoupling::multiply_c(Vec p, Vec g) {
     LIVETET_PETSC(MatMult(minus_c_.get(), p, g));  // - scale^2 C p
     LIVETET_PETSC(VecScale(g, 1 / scale_));
+}
+
+void PressureCoupling::pressures_of(Vec g, Vec p) const {
+    LIVETET_PETSC(MatGetDiagonal(minus_c_.get(), p));  // all of it: - scale^2 C
+    LIVETET_PETSC(VecPointwiseDivide(p, g, p));
+    LIVETET_PETSC(VecScale(p, -scale_));
 }
 
 void PressureCoupling::evaluate(const Configuration& at, Vec f, Vec g) {

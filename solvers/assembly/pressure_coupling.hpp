@@ -13,9 +13,9 @@ namespace livetet {
 /// and the residual of the constraint theta = p / lambda. P2 with P1 pressures is stable by itself
 /// (Taylor and Hood 1973); P1 with P1 pressures takes the polynomial pressure projection of
 /// Dohrmann and Bochev (2004): C += 1/(2 mu) integral (N_i - mean N_i) (N_j - mean N_j), which is
-/// local and keeps the order. Both are kept in `scale` times their units, so that all rows are
-/// forces: the unknown of the matrices is p / scale. On a level in single precision, B is
-/// applied by a MatrixFreeCoupling.
+/// local and keeps the order. Hexahedra have one pressure each (Q1-P0), without that. B and C are
+/// kept times powers of `scale`, so that all rows are forces: the unknown of the matrices is
+/// p / scale. On a level in single precision, B is applied by a MatrixFreeCoupling.
 class PressureCoupling {
   public:
     explicit PressureCoupling(const LevelAssembler& level);
@@ -38,6 +38,10 @@ class PressureCoupling {
     /// level in single precision in one pass over the tets.
     void evaluate(const Configuration& at, Vec f, Vec g);
 
+    /// Hexahedra, whose C is diagonal: p = g / (scale C), Pa. Of residual() at p = 0 these are
+    /// lambda times each cell's mean of theta.
+    void pressures_of(Vec g, Vec p) const;
+
     /// g += scale integral N_i d theta(u) : grad v, constrained components too.
     void add_residual_increment(const Configuration& at, Vec v, Vec g);
     /// f = factor K v, with what add_residual_increment adds to g, of a v that is zero but at
@@ -55,7 +59,8 @@ class PressureCoupling {
     void set_constrained();
 
   private:
-    /// A matrix between pressures of the sum of value(e, element, i, j) over all tets.
+    /// A matrix between pressures of the sum of value(e, element, i, j) over all tets; hexahedra
+    /// sum it over i and j.
     template <class Value>
     void fill(PetscHandle<Mat>& matrix, Value&& value) const;
     double free_share(std::size_t e) const;

@@ -7,6 +7,13 @@ namespace livetet {
 
 PressureSpace make_pressure_space(const PartitionedMesh& share) {
     PressureSpace space{.comm = share.comm, .owned = 0, .numbers = {}, .tets = {}};
+    if (!share.hexahedra.empty()) {
+        for (; space.owned < static_cast<std::int32_t>(share.hexahedra.size()); ++space.owned) {
+            space.numbers.push_back(space.owned);
+            space.tets.push_back({space.owned, space.owned, space.owned, space.owned});
+        }
+        return space;
+    }
     // Corners have the lowest numbers in the whole mesh: the owned ones are the first local nodes
     // of the share.
     while (space.owned < share.owned && share.nodes[space.owned] < share.corners) ++space.owned;

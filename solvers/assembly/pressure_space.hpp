@@ -6,8 +6,9 @@
 
 namespace livetet {
 
-/// Continuous pressures, one at each corner of the tets, shared by the ranks as the corners are.
-/// Local pressures: the owned ones first, then ghosts by rising PETSc number.
+/// Tets: continuous pressures, one at each corner, shared by the ranks as the corners are.
+/// Hexahedra: one a cell, on one rank; `tets` names it four times, so that linear interpolation
+/// gives a constant. Local pressures: the owned ones first, then ghosts by rising PETSc number.
 struct PressureSpace {
     MPI_Comm comm = MPI_COMM_SELF;
     std::int32_t owned = 0;

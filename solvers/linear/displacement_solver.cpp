@@ -39,9 +39,10 @@ void DisplacementSolver::add_level(DistributedHierarchy& mesh, const ElasticMode
                                    LevelStorage storage) {
     const std::size_t l = levels_.size();
     DistributedHierarchy::Level& level = mesh.levels[l];
-    const bool is_mixed = level.share.hexahedra.empty()
-                              ? role_ == Role::preconditioner
-                              : resolved_formulation(model) == Formulation::mixed;
+    // HexSolver, of role `solver`, has the pressures eliminated.
+    const bool is_mixed =
+        role_ == Role::preconditioner ||
+        (!level.share.hexahedra.empty() && resolved_formulation(model) == Formulation::mixed);
     std::vector<Material> materials(model.materials.begin(), model.materials.end());
     if (is_mixed)
         for (Material& m : materials) {

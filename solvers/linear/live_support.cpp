@@ -10,13 +10,7 @@ namespace livetet {
 
 namespace {
 
-std::string why_no_live_grid(const ElasticModel& model, const TetMesh& grid) {
-    if (const ChosenFormulation chosen = choose_formulation(model);
-        chosen.formulation == Formulation::mixed)
-        return fmt::format(
-            "found the mixed form on hexahedra ({}), expected the displacement form (formulation: "
-            "displacement)",
-            chosen.reason);
+std::string why_no_live_grid(const TetMesh& grid) {
     const std::vector<HexLevel> levels = hex_levels(grid, GridCycle::cells_to_factor);
     if (levels.back().nodes > static_cast<std::int32_t>(GridCycle::max_coarsest_nodes))
         return fmt::format(
@@ -35,7 +29,7 @@ std::string why_not_live(const ElasticModel& model, const MeshHierarchy& hierarc
         return fmt::format("found Young's moduli a factor of {:.3g} apart, expected at most {:g}",
                            contrast, max_contrast);
     if (const TetMesh& mesh = hierarchy.levels.front(); !mesh.hexahedra.empty())
-        return why_no_live_grid(model, mesh);
+        return why_no_live_grid(mesh);
     const bool is_quadratic = !hierarchy.levels.front().edge_nodes.empty();
     const std::size_t levels = hierarchy.levels.size() - (is_quadratic ? 1 : 0);
     if (const std::size_t nodes = hierarchy.levels.back().nodes.size();

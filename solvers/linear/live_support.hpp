@@ -7,8 +7,8 @@
 namespace livetet {
 
 /// Why LiveSolver cannot take a body: "found ..., expected ...". Empty where it can. It takes any
-/// model in either form (grids of hexahedra by displacements alone), on one rank, on the meshes
-/// that are named here. `hierarchy`: with its quadratic level where the body has ten-node tets.
+/// model in either form, on one rank, on the meshes that are named here. `hierarchy`: with its
+/// quadratic level where the body has ten-node tets.
 std::string why_not_live(const ElasticModel& model, const MeshHierarchy& hierarchy);
 
 }  // namespace livetet

@@ -62,8 +62,8 @@ void visit_fields(Visitor& v, SolverOptions& s) {
           "gamg elsewhere; `track`: live where it can"},
          {SolverKind::multigrid, "multigrid", "geometric multigrid over the mesh hierarchy (PCMG)"},
          {SolverKind::live, "live",
-          "the same cycle in single precision on kernels of our own: one rank, displacement form; "
-          "what `track` takes where it can"},
+          "the same cycle in single precision on kernels of our own: one rank; what "
+          "`track` takes where it can"},
          {SolverKind::boomeramg, "boomeramg", "hypre's algebraic multigrid"},
          {SolverKind::gamg, "gamg", "PETSc's smoothed aggregation with rigid-body modes"},
          {SolverKind::direct, "direct", "sparse L D L^T factorisation (MUMPS)"},

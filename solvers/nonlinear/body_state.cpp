@@ -1,6 +1,7 @@
 #include "solvers/nonlinear/body_state.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 #include "base/error.hpp"
 
@@ -42,12 +43,22 @@ RowBlocks node_blocks(const PartitionedMesh& mesh) {
 
 namespace {
 
-/// Of the corners that own the pressures of `p`: the first of the rank's own nodes.
-RowBlocks corner_blocks(const PartitionedMesh& mesh, const BodyState& state) {
+/// Of the whole mesh, where there are any: one at each corner, or one in each cell.
+std::size_t pressure_count(const PartitionedMesh& mesh) {
+    return mesh.hexahedra.empty() ? static_cast<std::size_t>(mesh.corners) : mesh.hexahedra.size();
+}
+
+/// Of the pressures of `p`: those of corners are owned with them, the first of the rank's own
+/// nodes; grids are on one rank.
+RowBlocks pressure_blocks(const PartitionedMesh& mesh, const BodyState& state) {
     PetscInt here = 0;
     LIVETET_PETSC(VecGetLocalSize(state.p.get(), &here));
-    return {mesh.comm, static_cast<std::size_t>(mesh.corners),
-            std::span(mesh.nodes).first(static_cast<std::size_t>(here))};
+    std::vector<std::int32_t> numbers(static_cast<std::size_t>(here));
+    if (mesh.hexahedra.empty())
+        std::copy_n(mesh.nodes.begin(), here, numbers.begin());
+    else
+        std::iota(numbers.begin(), numbers.end(), 0);
+    return {mesh.comm, pressure_count(mesh), numbers};
 }
 
 }  // namespace
@@ -62,9 +73,9 @@ BodySnapshot gather_state(const PartitionedMesh& mesh, const BodyState& state) {
             snapshot.nodal.push_back(nodes.to_block(mine.span(), 3));
         }
     if (state.p) {
-        snapshot.corner_count = static_cast<std::size_t>(mesh.corners);
+        snapshot.pressure_count = pressure_count(mesh);
         const ReadArray mine(state.p.get());
-        snapshot.pressure = corner_blocks(mesh, state).to_block(mine.span(), 1);
+        snapshot.pressure = pressure_blocks(mesh, state).to_block(mine.span(), 1);
     }
     snapshot.started = state.started;
     return snapshot;
@@ -74,14 +85,14 @@ void restore_state(const PartitionedMesh& mesh, const BodySnapshot& snapshot, Bo
     std::size_t fields = 0;
     for (const PetscHandle<Vec>* vector : {&state.u, &state.v, &state.a, &state.end_force})
         fields += *vector ? 1 : 0;
-    const std::size_t corners = state.p ? static_cast<std::size_t>(mesh.corners) : 0;
+    const std::size_t pressures = state.p ? pressure_count(mesh) : 0;
     if (snapshot.nodal.size() != fields || snapshot.node_count != mesh.total ||
-        snapshot.corner_count != corners)
+        snapshot.pressure_count != pressures)
         fail(
             "the state of a body has {} fields of {} nodes and {} pressures, expected {} fields of "
             "{} nodes and {} pressures",
-            snapshot.nodal.size(), snapshot.node_count, snapshot.corner_count, fields, mesh.total,
-            corners);
+            snapshot.nodal.size(), snapshot.node_count, snapshot.pressure_count, fields, mesh.total,
+            pressures);
     const auto take = [](const RowBlocks& blocks, const std::vector<double>& of_block,
                          int components, Vec to) {
         const std::vector<double> values = blocks.from_block(of_block, components);
@@ -92,7 +103,7 @@ void restore_state(const PartitionedMesh& mesh, const BodySnapshot& snapshot, Bo
     std::size_t k = 0;
     for (const PetscHandle<Vec>* vector : {&state.u, &state.v, &state.a, &state.end_force})
         if (*vector) take(nodes, snapshot.nodal[k++], 3, vector->get());
-    if (state.p) take(corner_blocks(mesh, state), snapshot.pressure, 1, state.p.get());
+    if (state.p) take(pressure_blocks(mesh, state), snapshot.pressure, 1, state.p.get());
     state.started = snapshot.started;
 }
 

@@ -15,10 +15,11 @@ struct BodySnapshot {
     /// velocity, m/s, and acceleration, m/s^2; with generalized-alpha the forces at the last step's
     /// end, N.
     std::vector<std::vector<double>> nodal;
-    std::vector<double> pressure;  ///< mixed form: of each corner, in the solver's own unit
-    std::size_t node_count = 0;    ///< of the whole mesh
-    std::size_t corner_count = 0;  ///< of the whole mesh where there are pressures, else 0
-    bool started = false;          ///< the acceleration is known
+    /// Mixed form: of each corner, or of each cell of a grid, in the solver's own unit.
+    std::vector<double> pressure;
+    std::size_t node_count = 0;      ///< of the whole mesh
+    std::size_t pressure_count = 0;  ///< of the whole mesh
+    bool started = false;            ///< the acceleration is known
 };
 
 /// Where a body is and how it moves, in vectors over the partitioned mesh.

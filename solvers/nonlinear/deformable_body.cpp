@@ -113,7 +113,7 @@ std::vector<Vector3> DeformableBody::velocity() const {
 void DeformableBody::set_displacement(std::span<const Vector3> displacement) {
     check_size(displacement.size(), "set_displacement");
     set_values(mesh(), displacement, state_.u.get());
-    if (state_.p) LIVETET_PETSC(VecSet(state_.p.get(), 0));
+    balance_.reset_pressures();
     state_.started = false;
 }
 

@@ -32,9 +32,14 @@ void carry_state(DeformableBody& from, DeformableBody& to, const OpenedNodes& no
         for (const Eigen::Vector3d& v : vectors) values.insert(values.end(), {v[0], v[1], v[2]});
     }
     state.node_count += nodes.originals.size();
-    if (!state.pressure.empty()) {
+    const bool is_grid = !from.linear_solver().fine().share().hexahedra.empty();
+    if (is_grid && !to.linear_solver().is_mixed()) {  // it eliminates its pressures: see HexSolver
+        state.pressure.clear();
+        state.pressure_count = 0;
+    }
+    if (!state.pressure.empty() && !is_grid) {
         carry_values(state.pressure, nodes);
-        state.corner_count += nodes.originals.size();
+        state.pressure_count += nodes.originals.size();
     }
     if (state.nodal.size() > end_forces) scale_by_node(state.nodal[end_forces], to.node_mass());
     to.set_state(state);

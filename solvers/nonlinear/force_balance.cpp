@@ -65,6 +65,15 @@ void ForceBalance::update_rotations() {
     solver_.update_rotations(state_.u.get(), rotations_);
 }
 
+void ForceBalance::reset_pressures() {
+    if (!state_.p) return;
+    LIVETET_PETSC(VecSet(state_.p.get(), 0));
+    if (level().share().hexahedra.empty()) return;
+    update_rotations();
+    solver_.coupling()->evaluate(configuration(), force_.get(), volume_.get());
+    solver_.coupling()->pressures_of(volume_.get(), state_.p.get());
+}
+
 bool ForceBalance::damps_from_start() const {
     return damping_at_ == DampingAt::start && time_.is_dynamic() && time_.rayleigh_beta() > 0 &&
            !level().is_linear() && level().keeps_damping();

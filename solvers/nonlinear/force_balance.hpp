@@ -33,6 +33,10 @@ class ForceBalance {
     void set_external_force(std::span<const Vector3> force, double share);
     Vec external() const { return external_.get(); }
 
+    /// Sets the pressures, if there are any, for a displacement that was set: on tets zero, on
+    /// hexahedra lambda times each cell's mean of theta.
+    void reset_pressures();
+
     /// Where K_d is taken.
     enum class DampingAt { start, present };
     /// The state is that of the step's start. Ends with update_rotations().

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "mechanics/lanes.hpp"
 
 /// Products with the stiffness of boxes, eight in the lanes of a register.
@@ -69,6 +71,15 @@ class Boxes {
     float unit_[3][3], scale_[3];
     Vec3<float> axes_[3];
 };
+
+/// The boxes of a range of batches, if they are boxes with one rotation each; else nothing.
+inline std::optional<Boxes> boxes_of(const TetBatches<float, 8>& batches, BatchRange range,
+                                     std::span<const RotationBatch<float>> rotations) {
+    if (range.begin == range.end || rotations.size() == batches.points * batches.all().end)
+        return {};
+    const Boxes boxes(batches[range.begin]);
+    return boxes.are_boxes() ? std::optional(boxes) : std::nullopt;
+}
 
 /// T_m of the corners' values, in their place.
 inline void to_modes(Vec3<float> (&v)[8]) {

@@ -60,10 +60,8 @@ class LaneLaw : public BatchLaw {
     void add_stiffness_times(float factor, const TetBatches<float, 8>& batches, BatchRange range,
                              Rotations rotations, std::span<const float> u,
                              std::span<const float> v, std::span<float> f) const override {
-        if (range.begin == range.end) return;
-        const lanes::Boxes boxes(batches[range.begin]);
-        if (boxes.are_boxes() && rotations.size() != batches.points * batches.all().end)
-            add_box_products(factor, boxes, batches, range, rotations, u, v, f);
+        if (const auto boxes = lanes::boxes_of(batches, range, rotations))
+            add_box_products(factor, *boxes, batches, range, rotations, u, v, f);
         else
             add_products(factor, batches, range, rotations, u, v, f);
     }

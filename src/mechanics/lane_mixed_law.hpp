@@ -1,5 +1,7 @@
 #pragma once
 
+#include "mechanics/box_lanes.hpp"
+#include "mechanics/hex_lanes.hpp"
 #include "mechanics/lanes.hpp"
 #include "mechanics/mixed_law.hpp"
 
@@ -14,12 +16,13 @@ constexpr float linear_shape(int corner, int q) {
     return static_cast<float>(corner == q ? TenNodes::near : TenNodes::far);
 }
 
-/// Pressures at the quadrature points of the tets of a batch.
+/// Pressures at the quadrature points of the elements of batch k.
 template <int nodes>
 class PointPressures {
   public:
-    PointPressures(const TetBatch<float, nodes>& b, std::span<const float> p) {
+    PointPressures(const MixedTets<nodes>& tets, std::size_t k, std::span<const float> p) {
         if (p.empty()) return;
+        const auto& b = tets.batches[k];
         for (int i = 0; i < 4; ++i)
             for (int l = 0; l < batch_width<float>; ++l) p_[i][l] = p[b.offset[i][l] / 3];
     }
@@ -33,6 +36,21 @@ class PointPressures {
     Lanes<float> p_[4]{};
 };
 
+/// Hexahedra have one each.
+template <>
+class PointPressures<8> {
+  public:
+    PointPressures(const MixedTets<8>& cells, std::size_t k, std::span<const float> p) {
+        if (p.empty()) return;
+        for (int l = 0; l < batch_width<float>; ++l)
+            if (const std::int32_t cell = cells.batches.tet_at(k, l); cell >= 0) p_[l] = p[cell];
+    }
+    const Lanes<float>& at(int) const { return p_; }
+
+  private:
+    Lanes<float> p_{};
+};
+
 /// The sums of w_q L_i theta_q over the points; `theta`: w_q theta_q, m^3.
 template <int nodes>
 class PointVolumes {
@@ -40,14 +58,29 @@ class PointVolumes {
     void add(int q, const Lanes<float>& theta) {
         for (int i = 0; i < 4; ++i) g_[i] += linear_shape<nodes>(i, q) * theta;
     }
-    void scatter(const TetBatch<float, nodes>& b, std::span<float> g) const {
+    void scatter(const MixedTets<nodes>& tets, std::size_t k, std::span<float> g) const {
         if (g.empty()) return;
+        const auto& b = tets.batches[k];
         for (int i = 0; i < 4; ++i)
             for (int l = 0; l < batch_width<float>; ++l) g[b.offset[i][l] / 3] += g_[i][l];
     }
 
   private:
     Lanes<float> g_[4]{};
+};
+
+template <>
+class PointVolumes<8> {
+  public:
+    void add(int, const Lanes<float>& theta) { g_ += theta; }
+    void scatter(const MixedTets<8>& cells, std::size_t k, std::span<float> g) const {
+        if (g.empty()) return;
+        for (int l = 0; l < batch_width<float>; ++l)
+            if (const std::int32_t cell = cells.batches.tet_at(k, l); cell >= 0) g[cell] += g_[l];
+    }
+
+  private:
+    Lanes<float> g_{};
 };
 
 }  // namespace lanes
@@ -77,6 +110,10 @@ struct DilationInLanes {
 ///     Number volume_strain(const Matrix& H, const Matrix& R);
 ///     Matrix volume_gradient(const Matrix& H, const Matrix& R);
 ///     Matrix volume_curvature(const Matrix& H, const Matrix& R, const Matrix& dF);
+///
+/// Products of hexahedra that are boxes of moderate strain, with one rotation each, take the law's
+/// tangent and d theta / dF in the cell's middle (box_lanes.hpp). Forces and volumes are always
+/// those of all points.
 template <class Law>
 class LaneMixedLaw final : public MixedLaw {
   public:
@@ -92,6 +129,10 @@ class LaneMixedLaw final : public MixedLaw {
                     const MixedForces& to) const override {
         add_all_forces(tets, at, to);
     }
+    void add_forces(const MixedTets<8>& cells, const MixedValues& at,
+                    const MixedForces& to) const override {
+        add_all_forces(cells, at, to);
+    }
     [[gnu::flatten]] void add_products(const MixedTets<4>& tets, float factor,
                                        const MixedValues& at, const MixedValues& v,
                                        const MixedForces& to) const override {
@@ -101,6 +142,13 @@ class LaneMixedLaw final : public MixedLaw {
                       const MixedValues& v, const MixedForces& to) const override {
         add_all_products(tets, factor, at, v, to);
     }
+    void add_products(const MixedTets<8>& cells, float factor, const MixedValues& at,
+                      const MixedValues& v, const MixedForces& to) const override {
+        if (const auto boxes = lanes::boxes_of(cells.batches, cells.range, cells.rotations))
+            add_box_products(*boxes, cells, factor, at, v, to);
+        else
+            add_all_products(cells, factor, at, v, to);
+    }
     [[gnu::flatten]] void add_pressure_forces(const MixedTets<4>& tets, const MixedValues& at,
                                               std::span<const float> q,
                                               std::span<float> f) const override {
@@ -109,6 +157,13 @@ class LaneMixedLaw final : public MixedLaw {
     void add_pressure_forces(const MixedTets<10>& tets, const MixedValues& at,
                              std::span<const float> q, std::span<float> f) const override {
         add_all_pressure_forces(tets, at, q, f);
+    }
+    void add_pressure_forces(const MixedTets<8>& cells, const MixedValues& at,
+                             std::span<const float> q, std::span<float> f) const override {
+        if (const auto boxes = lanes::boxes_of(cells.batches, cells.range, cells.rotations))
+            add_box_pressure_forces(*boxes, cells, at, q, f);
+        else
+            add_all_pressure_forces(cells, at, q, f);
     }
 
   private:
@@ -138,7 +193,7 @@ class LaneMixedLaw final : public MixedLaw {
             const auto& b = tets.batches[k];
             const Number mu = share * lanes::load<float>(b.mu), w = volume(tets, b);
             const lanes::PointGradients<float, nodes> H(b, at.u.data());
-            const lanes::PointPressures<nodes> p(b, at.p);
+            const lanes::PointPressures<nodes> p(tets, k, at.p);
             lanes::PointForces<float, nodes> forces(b);
             lanes::PointVolumes<nodes> volumes;
 #pragma GCC unroll 4
@@ -149,7 +204,7 @@ class LaneMixedLaw final : public MixedLaw {
                 volumes.add(q, w * Law::volume_strain(Hq, R));
             }
             forces.scatter(to.f.data());
-            volumes.scatter(b, to.g);
+            volumes.scatter(tets, k, to.g);
         }
     }
 
@@ -161,7 +216,7 @@ class LaneMixedLaw final : public MixedLaw {
             const auto& b = tets.batches[k];
             const Number mu = share * lanes::load<float>(b.mu), w = volume(tets, b);
             const lanes::PointGradients<float, nodes> H(b, at.u.data()), dF(b, v.u.data());
-            const lanes::PointPressures<nodes> p(b, at.p), dp(b, v.p);
+            const lanes::PointPressures<nodes> p(tets, k, at.p), dp(tets, k, v.p);
             lanes::PointForces<float, nodes> forces(b);
             lanes::PointVolumes<nodes> volumes;
 #pragma GCC unroll 4
@@ -174,7 +229,7 @@ class LaneMixedLaw final : public MixedLaw {
                 volumes.add(q, w * lanes::dot(N, dFq));
             }
             forces.scatter(to.f.data());
-            volumes.scatter(b, to.g);
+            volumes.scatter(tets, k, to.g);
         }
     }
 
@@ -185,13 +240,84 @@ class LaneMixedLaw final : public MixedLaw {
             const auto& b = tets.batches[k];
             const Number w = volume(tets, b);
             const lanes::PointGradients<float, nodes> H(b, at.u.data());
-            const lanes::PointPressures<nodes> p(b, pressures);
+            const lanes::PointPressures<nodes> p(tets, k, pressures);
             lanes::PointForces<float, nodes> forces(b);
 #pragma GCC unroll 4
             for (int q = 0; q < points<nodes>; ++q)
                 forces.add(q,
                            (w * p.at(q)) * Law::volume_gradient(H.at(q), rotation_at(tets, k, q)));
             forces.scatter(f.data());
+        }
+    }
+
+    /// A batch of boxes at a displacement.
+    struct BoxState {
+        MixedTets<8> batch;
+        Matrix H{}, R;            ///< in the middle, of the cell
+        bool is_moderate = true;  ///< also where the law does not ask
+
+        BoxState(const lanes::Boxes& boxes, const MixedTets<8>& cells, std::size_t k,
+                 const MixedValues& at)
+            : batch{cells.batches, cells.per_modulus, {k, k + 1}, cells.rotations},
+              R(lanes::load_rotation(rotation_of_batch(cells.rotations, k))) {
+            if constexpr (!requires { requires Law::is_affine; }) {
+                lanes::Vec3<float> modes[8];
+                lanes::gather_modes(cells.batches[k], at.u.data(), modes);
+                H = boxes.mean_gradient(modes);
+                is_moderate = lanes::are_moderate(boxes, H, modes);
+            }
+        }
+    };
+
+    /// Pressures act on the mean gradient, with N in the cell's middle.
+    [[gnu::flatten]] static void add_box_products(const lanes::Boxes& boxes,
+                                                  const MixedTets<8>& cells, float factor,
+                                                  const MixedValues& at, const MixedValues& v,
+                                                  const MixedForces& to) {
+        for (std::size_t k = cells.range.begin; k < cells.range.end; ++k) {
+            const BoxState in(boxes, cells, k, at);
+            if (!in.is_moderate) {
+                add_all_products(in.batch, factor, at, v, to);
+                continue;
+            }
+            const auto& b = cells.batches[k];
+            const Number mu = lanes::all_lanes(factor) * lanes::load<float>(b.mu),
+                         w = lanes::all_lanes(cells.per_modulus) * lanes::load<float>(b.lambda);
+            const lanes::PointPressures<8> p(cells, k, at.p), dp(cells, k, v.p);
+            lanes::Vec3<float> modes[8], forces[8]{};
+            lanes::gather_modes(b, v.u.data(), modes);
+            lanes::add_parts_beside_mean(Number{}, mu, boxes, in.R, modes, forces);
+            const Matrix dF = boxes.mean_gradient(modes), N = Law::volume_gradient(in.H, in.R);
+            boxes.set_mean_forces(
+                Law::increment(Number{}, mu, in.H, in.R, dF) +
+                    (factor * w * p.at(0)) * Law::volume_curvature(in.H, in.R, dF) +
+                    (w * dp.at(0)) * N,
+                forces);
+            lanes::scatter_modes(b, forces, to.f.data());
+            lanes::PointVolumes<8> volumes;
+            volumes.add(0, w * lanes::dot(N, dF));
+            volumes.scatter(cells, k, to.g);
+        }
+    }
+
+    [[gnu::flatten]] static void add_box_pressure_forces(const lanes::Boxes& boxes,
+                                                         const MixedTets<8>& cells,
+                                                         const MixedValues& at,
+                                                         std::span<const float> q,
+                                                         std::span<float> f) {
+        for (std::size_t k = cells.range.begin; k < cells.range.end; ++k) {
+            const BoxState in(boxes, cells, k, at);
+            if (!in.is_moderate) {
+                add_all_pressure_forces(in.batch, at, q, f);
+                continue;
+            }
+            const auto& b = cells.batches[k];
+            const Number w = lanes::all_lanes(cells.per_modulus) * lanes::load<float>(b.lambda);
+            lanes::Vec3<float> forces[8]{};
+            boxes.set_mean_forces((w * lanes::PointPressures<8>(cells, k, q).at(0)) *
+                                      Law::volume_gradient(in.H, in.R),
+                                  forces);
+            lanes::scatter_modes(b, forces, f.data());
         }
     }
 };

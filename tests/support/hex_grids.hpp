@@ -8,6 +8,9 @@
 
 namespace livetet::test {
 
+/// Whose element is that of the cell (see ElementShape<8>).
+inline Tet corner_tet(const Hexahedron& cell) { return {cell[0], cell[1], cell[2], cell[4]}; }
+
 /// A grid of n cells over the box [0, size] of those whose middle is `inside`; neighbours are
 /// linked.
 inline TetMesh hex_grid(

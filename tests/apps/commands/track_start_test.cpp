@@ -3,6 +3,7 @@
 #include "apps/commands/tracked_block.hpp"
 #include "apps/live/statement_record.hpp"
 #include "mesh/quadratic.hpp"
+#include "support/hex_grids.hpp"
 
 namespace livetet {
 namespace {
@@ -19,7 +20,9 @@ struct StartedBlock : Tracked {
     std::vector<Vector3> u;  ///< of the solve
     Vector3 middle{0.1, 0.05, 0.1};
 
-    explicit StartedBlock(const std::string& more = "") {
+    explicit StartedBlock(const std::string& more = "", const TetMesh& grid = {}) {
+        if (!grid.hexahedra.empty())
+            write_hierarchy(folder / "block.h5", make_hierarchy({grid}, "a grid"));
         write_text(folder / "solve.yaml",
                    "mesh: {file: block.h5}\nfix: [{half_space_mm: [0, 0, 1, 0, 0, 1]}]\n"
                    "strain: neohookean\nsolver: {newton_tolerance: 1.0e-8}\n"
@@ -94,6 +97,23 @@ TEST(Track, StartsOnNodesOfEdgesFromTheCornersOfAResult) {
         EXPECT_LT((first[n] - block.u[n]).norm(), 0.05 * largest(block.u)) << "node " << n;
 }
 
+TEST(Track, AGridWithPressuresStartsFromAnEquilibrium) {
+    const std::string with_pressures = "formulation: mixed\n";
+    StartedBlock block(with_pressures, test::hex_grid({12, 6, 6}, {0.2, 0.1, 0.1}));
+    const std::string scene = test::text_of(block.folder / "scene.yaml");
+    write_text(block.folder / "scene.yaml", scene + with_pressures);
+    write_sequence(block.folder / "press.igs.mha", block.recording);
+    const ResultReader result = block.run_as_it_is();
+    const double off = 0.01 * largest(block.u);
+    std::size_t rested = 0;
+    for (std::size_t k = 0; k < result.frame_count(); ++k)
+        if (result.times_s()[k] < block.tracker.rest_s) {
+            EXPECT_LT(largest_difference(result.displacement(k), block.u), off) << "frame " << k;
+            ++rested;
+        }
+    EXPECT_GT(rested, 20U);
+}
+
 TEST(Track, RefusesAStartThatIsNone) {
     StartedBlock block;
     write_sequence(block.folder / "press.igs.mha", block.recording);
@@ -139,6 +159,11 @@ TEST(Track, RefusesAStartThatIsNone) {
                   "fix: [{half_space_mm: [0, 0, 1, 0, 0, 1], stiffness_N_per_m: 200}]", "soft.h5"),
         0);
     refused("start: soft.h5", {"track.start", "fix", "mm away"});
+    block.set_track("start: start.h5");
+    write_text(block.folder / "scene.yaml",
+               test::text_of(block.folder / "scene.yaml") + "formulation: mixed\n");
+    expect_refused(livetet(block.folder, "track scene.yaml --every-sample"),
+                   {"track.start", "tets in the mixed form"});
     block.set_track("");
     (void)block.run_as_it_is();
 }

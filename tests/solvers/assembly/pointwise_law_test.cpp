@@ -9,6 +9,7 @@
 #include "mechanics/materials/registry.hpp"
 #include "mesh/quadratic.hpp"
 #include "support/element_of.hpp"
+#include "support/hex_grids.hpp"
 #include "support/shapes.hpp"
 
 namespace livetet {
@@ -33,19 +34,25 @@ std::vector<float> mixed_results(const MixedLaw& law, const MixedTets<nodes>& te
 
 template <int nodes>
 void compare_with_lanes(const ConstitutiveModel& model) {
-    const TetMesh mesh = quadratic_mesh(test::block({3, 2, 2}, {1, 0.8, 0.7}));
+    const TetMesh mesh = nodes == 8 ? test::hex_grid({3, 2, 2}, {1, 0.8, 0.7})
+                                    : quadratic_mesh(test::block({3, 2, 2}, {1, 0.8, 0.7}));
     const std::vector<PointwiseModels::Moduli> moduli{{9, 1.5, model}, {4, 2, model}};
     std::vector<TetElement> elements;
     std::vector<std::array<std::int32_t, nodes>> tets;
     std::vector<std::int32_t> region;
-    for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
-        const Tet& t = mesh.tets[e];
+    for (std::size_t e = 0; e < (nodes == 8 ? mesh.hexahedra.size() : mesh.tets.size()); ++e) {
+        const Tet t = nodes == 8 ? test::corner_tet(mesh.hexahedra[e]) : mesh.tets[e];
         region.push_back(e % 3 == 0);
         elements.push_back(
             make_element({mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]},
                          moduli[region[e]].lambda, moduli[region[e]].mu));
-        std::copy_n(t.begin(), 4, tets.emplace_back().begin());
-        for (int i = 4; i < nodes; ++i) tets.back()[i] = mesh.edge_nodes[e][i - 4];
+        auto& of_element = tets.emplace_back();
+        if constexpr (nodes == 8) {
+            of_element = mesh.hexahedra[e];
+            continue;
+        }
+        std::copy_n(t.begin(), 4, of_element.begin());
+        for (int i = 4; i < nodes; ++i) of_element[i] = mesh.edge_nodes[e][i - 4];
     }
     std::vector<float> u, v;
     for (const Vector3& x : mesh.nodes)
@@ -87,6 +94,7 @@ void compare_with_lanes(const ConstitutiveModel& model) {
 TEST(PointwiseLaw, IsTheLawOfLanesTetByTet) {
     for (const char* name : {"corotated", "green", "neohookean"}) {
         compare_with_lanes<4>(registered_material(name));
+        compare_with_lanes<8>(registered_material(name));
         compare_with_lanes<10>(registered_material(name));
     }
 }

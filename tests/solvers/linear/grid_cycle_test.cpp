@@ -195,10 +195,9 @@ TEST(LiveGridSupport, RefusesWhatItCannotTake) {
     const MeshHierarchy plain =
         make_hierarchy({test::hex_grid({4, 4, 4}, {0.1, 0.1, 0.1})}, "a grid");
     const std::vector<Material> soft{{.young_Pa = 3000, .poisson = 0.45}},
-        nearly_incompressible{{.young_Pa = 3000, .poisson = 0.499}};
+        nearly_incompressible{{.young_Pa = 3000, .poisson = 0.4999}};
     EXPECT_EQ(why_not_live({soft, "corotated"}, plain), "");
-    EXPECT_NE(why_not_live({nearly_incompressible, "corotated"}, plain).find("mixed form"),
-              std::string::npos);
+    EXPECT_EQ(why_not_live({nearly_incompressible, "corotated"}, plain), "");
     // A sheet of single cells that hang together nowhere.
     const MeshHierarchy loose =
         make_hierarchy({test::hex_grid({40, 40, 1}, {0.4, 0.4, 0.01},

@@ -17,10 +17,12 @@ constexpr double g = 2, step_s = 0.02;
 struct CutBox {
     MeshHierarchy hierarchy;
     std::vector<std::int32_t> originals;
-    std::vector<Material> materials{{.young_Pa = 3000, .poisson = 0.3}};
+    std::vector<Material> materials;
     std::unique_ptr<DeformableBody> body;
 
-    CutBox(TimeScheme scheme, double cut_at) {
+    CutBox(TimeScheme scheme, double cut_at, double poisson = 0.3,
+           SolverKind kind = SolverKind::live)
+        : materials{{.young_Pa = 3000, .poisson = poisson}} {
         TetMesh mesh = test::hex_grid({6, 3, 3}, {0.06, 0.03, 0.03});
         const HexLevel level = hex_level_of(mesh, "box");
         OpenedGrid opened = open_links(mesh, level,
@@ -29,7 +31,7 @@ struct CutBox {
         originals = std::move(opened.originals);
         hierarchy = make_hierarchy({std::move(opened.mesh)}, "a box");
         SolverOptions options;
-        options.kind = SolverKind::live;
+        options.kind = kind;
         options.threads = 1;
         TimeOptions time;
         time.scheme = scheme;
@@ -76,6 +78,31 @@ TEST(DoubledNodes, ABodyThatIsCutInFreeFallFallsOn) {
             EXPECT_NEAR(moved.x(), 0, 1e-7);
         }
     }
+}
+
+/// Pressed between two plates: each cell keeps its pressure, however the body is cut, and a solver
+/// that eliminates pressures takes the rest of the state.
+TEST(DoubledNodes, CellsKeepTheirPressures) {
+    CutBox whole(TimeScheme::newmark, -1, 0.499), cut(TimeScheme::newmark, 0.03, 0.499),
+        eliminated(TimeScheme::newmark, 0.03, 0.499, SolverKind::automatic);
+    const TetMesh& mesh = whole.hierarchy.levels.front();
+    Constraints constraints(mesh.nodes.size());
+    for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
+        const auto node = static_cast<std::int32_t>(n);
+        const double x = mesh.nodes[n].x();
+        if (x < 1e-9 || x > 0.0599)
+            constraints.prescribe(std::span(&node, 1), Vector3(x < 1e-9 ? 0 : -0.002, 0, 0));
+    }
+    whole.body->set_constraints(constraints);
+    whole.fall(3);
+    const BodySnapshot before = whole.body->gather_state();
+    ASSERT_EQ(before.pressure.size(), mesh.hexahedra.size());
+    EXPECT_GT(std::abs(before.pressure[10]), 1);  // Pa
+    carry_state(*whole.body, *cut.body, {{}, cut.originals});
+    EXPECT_EQ(cut.body->gather_state().pressure, before.pressure);
+    carry_state(*whole.body, *eliminated.body, {{}, eliminated.originals});
+    EXPECT_TRUE(eliminated.body->gather_state().pressure.empty());
+    EXPECT_EQ(eliminated.body->displacement(), cut.body->displacement());
 }
 
 TEST(DoubledNodes, ABodyOfAnotherMeshOrSchemeIsRefused) {

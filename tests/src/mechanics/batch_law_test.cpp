@@ -46,7 +46,7 @@ struct BentBlock {
         std::normal_distribution<double> normal;
         const std::size_t count = nodes == 8 ? mesh.hexahedra.size() : mesh.tets.size();
         for (std::size_t e = 0; e < count; ++e) {
-            const Tet t = nodes == 8 ? corner_tet(mesh.hexahedra[e]) : mesh.tets[e];
+            const Tet t = nodes == 8 ? test::corner_tet(mesh.hexahedra[e]) : mesh.tets[e];
             elements.push_back(make_element(
                 {mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]},
                 5 + std::abs(normal(generator)), 1 + std::abs(normal(generator))));
@@ -67,7 +67,6 @@ struct BentBlock {
         u.push_back(0);
         v.push_back(0);
     }
-    static Tet corner_tet(const Hexahedron& cell) { return {cell[0], cell[1], cell[2], cell[4]}; }
     Eigen::Matrix<double, 3, nodes> at(std::size_t e, const std::vector<float>& values) const {
         Eigen::Matrix<double, 3, nodes> all;
         for (int i = 0; i < nodes; ++i)
@@ -151,6 +150,30 @@ Matrix3d product_at(const ConstitutiveModel& model, const BentBlock<nodes>& bloc
                         element.lambda * strain.trace() * Matrix3d::Identity());
         }
     return tangent(H, dF);
+}
+
+/// What a point's stress and volume strain change by in the mixed form: the increment at held p,
+/// and N. In a box of moderate strain as product_at has it.
+template <int nodes>
+std::pair<Matrix3d, Matrix3d> mixed_product_at(const ConstitutiveModel& model,
+                                               const BentBlock<nodes>& block, std::size_t e,
+                                               bool is_moderate, double p, const Matrix3d& H,
+                                               const Matrix3d& dF) {
+    const double mu = block.elements[e].mu;
+    if constexpr (nodes == 8)
+        if (!model.is_hooke_by_rotation() && is_moderate) {
+            const auto middle = central_gradients(block, e);
+            const Matrix3d H_mean = block.at(e, block.u) * middle.transpose(),
+                           dF_mean = block.at(e, block.v) * middle.transpose(),
+                           R = rotation_of(deformation_gradient(H_mean)),
+                           strain = R.transpose() * (dF - dF_mean),
+                           of_law = rotation_in(model, H_mean);
+            return {model.shear_stress_increment(mu, p, H_mean, of_law, dF_mean) +
+                        R * mu * (strain + strain.transpose()),
+                    model.volume_strain_gradient(H_mean, of_law)};
+        }
+    const Matrix3d R = rotation_in(model, H);
+    return {model.shear_stress_increment(mu, p, H, R, dF), model.volume_strain_gradient(H, R)};
 }
 
 /// `law` on the block in two parts against `model`, strained by about `size`.
@@ -243,14 +266,21 @@ TEST(BatchLaw, TenNodesInDoublePrecisionAreThoseOfCorotated) {
 /// The mixed form of `law` against `model`: f, g and their derivative, summed point by point.
 template <int nodes>
 void compare_mixed(const ConstitutiveModel& model, const MixedLaw& law, double size) {
-    using Shape = TetShape<nodes>;
+    using Shape = ElementShape<nodes>;
     BentBlock<nodes> block(size);
+    // The pressures of an element: of its corners, or its own, four times.
+    const auto pressures_of = [&](std::size_t e) {
+        const auto own = static_cast<std::int32_t>(e);
+        return nodes == 8
+                   ? Tet{own, own, own, own}
+                   : Tet{block.tets[e][0], block.tets[e][1], block.tets[e][2], block.tets[e][3]};
+    };
     constexpr double modulus = 2.5;  // the batches hold the volume times this instead of lambda
     for (TetElement& e : block.elements) e.lambda = modulus;
     const TetBatches<float, nodes> batches(test::element_of(block.elements), block.tets,
                                            part_batches(block.tets, 2, batch_width<float>));
     const auto rotations = rotations_of(model, batches, block.u);
-    const std::size_t count = block.u.size() / 3;
+    const std::size_t count = std::max(block.u.size() / 3, block.tets.size());
     std::vector<float> p(count), q(count);
     for (std::size_t i = 0; i < count; ++i) {
         p[i] = static_cast<float>(std::sin(3.0 * i));
@@ -266,16 +296,16 @@ void compare_mixed(const ConstitutiveModel& model, const MixedLaw& law, double s
             const Eigen::Vector4d L = Shape::coordinates(point);
             const Matrix3d H = block.at(e, block.u) * gradients.transpose(),
                            dF = block.at(e, block.v) * gradients.transpose(),
-                           R = rotation_in(model, H), N = model.volume_strain_gradient(H, R);
+                           R = rotation_in(model, H);
             double of_p = 0, of_q = 0;
             for (int i = 0; i < 4; ++i) {
-                of_p += L[i] * p[block.tets[e][i]];
-                of_q += L[i] * q[block.tets[e][i]];
+                of_p += L[i] * p[pressures_of(e)[i]];
+                of_q += L[i] * q[pressures_of(e)[i]];
             }
             const double w = element.volume / Shape::points;
+            const auto [of_shape, N] = mixed_product_at(model, block, e, size < 0.2, of_p, H, dF);
             const Matrix3d P = model.stress(element.mu, of_p, H, R),
-                           dP = factor * model.shear_stress_increment(element.mu, of_p, H, R, dF) +
-                                of_q * N;
+                           dP = factor * of_shape + of_q * N;
             for (int i = 0; i < nodes; ++i)
                 for (int a = 0; a < 3; ++a) {
                     const std::size_t k = 3 * block.tets[e][i] + a;
@@ -284,8 +314,8 @@ void compare_mixed(const ConstitutiveModel& model, const MixedLaw& law, double s
                     Bq[k] += w * of_q * N.row(a).dot(gradients.col(i));
                 }
             for (int i = 0; i < 4; ++i) {
-                g[block.tets[e][i]] += w * L[i] * model.volume_strain(H, R);
-                Bv[block.tets[e][i]] += w * L[i] * N.cwiseProduct(dF).sum();
+                g[pressures_of(e)[i]] += w * L[i] * model.volume_strain(H, R);
+                Bv[pressures_of(e)[i]] += w * L[i] * N.cwiseProduct(dF).sum();
             }
         }
     const MixedTets<nodes> tets{batches, 1 / static_cast<float>(modulus), batches.all(), rotations};
@@ -312,6 +342,7 @@ TEST(BatchLaw, TheMixedFormIsThatOfTheModels) {
             compare_mixed<4>(*model, law->mixed(), size);
             compare_mixed<10>(*model, law->mixed(), size);
         }
+        for (const double size : {1e-3, 0.1, 1.5}) compare_mixed<8>(*model, law->mixed(), size);
     }
 }
 
