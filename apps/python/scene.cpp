@@ -58,7 +58,9 @@ std::vector<std::string> check(const PyScene& self) {
         if (!self.scene.track)
             check_no_free_motion(self.scene, hierarchy.levels.front(), constraints);
         std::vector<std::string> notes;
-        if (const auto note = locking_note(self.scene)) notes.push_back(*note);
+        const TetMesh& mesh = hierarchy.levels.front();
+        for (const auto& note : {locking_note(self.scene), tearing_note(self.scene, mesh)})
+            if (note) notes.push_back(*note);
         return notes;
     });
 }

@@ -66,7 +66,7 @@ std::string frames_html(const Report& r) {
     row("error estimate [mm]", f.error_estimate_mm, 4);
     return s.end(fmt::format(
         "{} of {} samples computed, {} missed, {} not kept; {} took longer than {:g} ms "
-        "({}), {} cut short by it; "
+        "({}), {} cut short by it or by solver.max_iterations; "
         "{} did not converge. The error estimate, RMS over the nodes, is the error of the frame's "
         "last linear solve; not of linearisation, discretisation or registration.",
         r.run.frames, r.run.samples, r.run.missed, r.run.not_kept, counted(f.over_budget, "frame"),

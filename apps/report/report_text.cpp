@@ -30,7 +30,8 @@ std::string share_of_frames(const Report& r, std::size_t count) {
 std::string budget_verdict(const Report& r) {
     const Distribution& e = r.frames.error_estimate_mm;
     std::string text = fmt::format(
-        "Budget: of {:g} ms a frame, {} kept frames took longer; {} were cut short by it",
+        "Budget: of {:g} ms a frame, {} kept frames took longer; {} were cut short by it or by "
+        "solver.max_iterations",
         r.run.budget_ms, share_of_frames(r, r.frames.over_budget),
         share_of_frames(r, r.frames.cut_short));
     if (e.count > 0)
@@ -143,7 +144,8 @@ std::string frames_text(const Report& r) {
                                    r.run.budget_given ? "track.budget" : "time between samples",
                                    share_of_frames(r, f.over_budget)));
     if (r.run.budget_given)
-        out += report_line("cut short by it", share_of_frames(r, f.cut_short) + " kept frames");
+        out += report_line("cut short", share_of_frames(r, f.cut_short) +
+                                            " kept frames, by it or by solver.max_iterations");
     out += report_line("missed", fmt::format("{} of {} samples", r.run.missed, r.run.samples));
     if (r.run.not_kept > 0)
         out += report_line("not kept",

@@ -167,4 +167,16 @@ std::optional<std::string> locking_note(const Scene& scene) {
         stiffest - scene.materials.begin(), stiffest->poisson);
 }
 
+std::optional<std::string> tearing_note(const Scene& scene, const TetMesh& mesh) {
+    const auto stiffest = std::ranges::max_element(scene.materials, {}, &Material::poisson);
+    if (!scene.track || mesh.hexahedra.empty() || scene.time.scheme != TimeScheme::newmark ||
+        stiffest->poisson < 0.499)
+        return {};
+    return fmt::format(
+        "materials[{}].poisson = {:g} with time.scheme: newmark on hexahedra: Newmark's steps do "
+        "not damp what swings fast, and deep presses may tear the mesh. Expected a scheme that "
+        "does, generalized_alpha or euler, or below 0.499.",
+        stiffest - scene.materials.begin(), stiffest->poisson);
+}
+
 }  // namespace livetet

@@ -5,6 +5,7 @@
 #include <functional>
 #include <numbers>
 
+#include "support/hex_grids.hpp"
 #include "support/shapes.hpp"
 
 namespace livetet {
@@ -79,6 +80,26 @@ TEST(BeyondModel, APeakInLessThanAHundredthOfTheVolumeIsNone) {
                      })
                     .empty())
         << "one node at a corner of 8 x 4 x 4 cells is pulled";
+}
+
+TEST(ModelLimits, NewmarksStepsOfNearlyIncompressibleHexahedraAreTold) {
+    const TetMesh grid = test::hex_grid({2, 1, 1}, {0.2, 0.1, 0.1});
+    Scene scene;
+    scene.track.emplace();
+    scene.materials = {{.young_Pa = 3000, .poisson = 0.45}, {.young_Pa = 3000, .poisson = 0.499}};
+    for (const TimeScheme scheme : {TimeScheme::static_equilibrium, TimeScheme::implicit_euler,
+                                    TimeScheme::newmark, TimeScheme::generalized_alpha}) {
+        scene.time.scheme = scheme;
+        EXPECT_EQ(tearing_note(scene, grid).has_value(), scheme == TimeScheme::newmark);
+        EXPECT_FALSE(tearing_note(scene, limits_block()));
+    }
+    scene.time.scheme = TimeScheme::newmark;
+    EXPECT_NE(tearing_note(scene, grid)->find("materials[1].poisson = 0.499"), std::string::npos);
+    scene.materials[1].poisson = 0.495;
+    EXPECT_FALSE(tearing_note(scene, grid));
+    scene.materials[1].poisson = 0.4999;
+    scene.track.reset();
+    EXPECT_FALSE(tearing_note(scene, grid));
 }
 
 }  // namespace
