@@ -36,14 +36,12 @@ void configure_schur_inverse(PC pc) {
     configure_schur_steps(ksp);
 }
 
-/// -S^-1; exact where S is diagonal.
-PetscHandle<KSP> make_schur_steps(Mat minus_schur, bool is_diagonal) {
+PetscHandle<KSP> make_schur_steps(Mat minus_schur) {
     PetscHandle<KSP> ksp;
     LIVETET_PETSC(
         KSPCreate(PetscObjectComm(reinterpret_cast<PetscObject>(minus_schur)), ksp.out()));
     LIVETET_PETSC(KSPSetOperators(ksp.get(), minus_schur, minus_schur));
     configure_schur_steps(ksp.get());
-    if (is_diagonal) LIVETET_PETSC(KSPSetType(ksp.get(), KSPPREONLY));
     return ksp;
 }
 
@@ -66,9 +64,8 @@ SaddlePointSolver::SaddlePointSolver(LiveSolver* live, std::unique_ptr<Displacem
     }
     const HeapMeter meter(&costs_.preconditioner);
     if (live)
-        live_ = std::make_unique<LiveSaddlePoint>(
-            *live, *coupling_,
-            make_schur_steps(coupling_->minus_schur(), !fine().share().hexahedra.empty()));
+        live_ = std::make_unique<LiveSaddlePoint>(*live, *coupling_,
+                                                  make_schur_steps(coupling_->minus_schur()));
     else
         make_blocks();
     LIVETET_PETSC(MatCreateVecs(matrix(), x_.out(), b_.out()));
