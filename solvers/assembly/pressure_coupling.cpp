@@ -91,8 +91,13 @@ void PressureCoupling::fill(PetscHandle<Mat>& matrix, Value&& value) const {
         };
         double of_cell = 0;
         for (int i = 0; i < 4; ++i)
-            for (int j = 0; j < 4; ++j)
-                is_grid ? void(of_cell += value(e, t, i, j)) : add(i, j, value(e, t, i, j));
+            for (int j = 0; j < 4; ++j) {
+                const double of_pair = value(e, t, i, j);
+                if (is_grid)
+                    of_cell += of_pair;
+                else
+                    add(i, j, of_pair);
+            }
         if (is_grid) add(0, 0, of_cell);
     }
     if (!matrix) matrix = make_matrix(space.comm, space.owned, space.owned, rows, columns);

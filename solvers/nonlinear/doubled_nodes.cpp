@@ -33,11 +33,12 @@ void carry_state(DeformableBody& from, DeformableBody& to, const OpenedNodes& no
     }
     state.node_count += nodes.originals.size();
     const bool is_grid = !from.linear_solver().fine().share().hexahedra.empty();
-    if (is_grid && !to.linear_solver().is_mixed()) {  // it eliminates its pressures: see HexSolver
-        state.pressure.clear();
-        state.pressure_count = 0;
-    }
-    if (!state.pressure.empty() && !is_grid) {
+    if (is_grid) {
+        if (!to.linear_solver().is_mixed()) {  // it eliminates its pressures: see HexSolver
+            state.pressure.clear();
+            state.pressure_count = 0;
+        }
+    } else if (!state.pressure.empty()) {
         carry_values(state.pressure, nodes);
         state.pressure_count += nodes.originals.size();
     }
