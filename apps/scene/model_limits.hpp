@@ -36,8 +36,8 @@ std::vector<std::string> beyond_model(const Scene& scene, const TetMesh& mesh,
 /// alone. None if they do not.
 std::optional<std::string> locking_note(const Scene& scene);
 
-/// A sentence on tracked grids that deep presses may tear: nearly incompressible hexahedra in
-/// Newmark's steps. None if they are not.
+/// A sentence on tracked grids that deep presses may tear: of nearly incompressible hexahedra in
+/// Newmark's steps. None for other scenes.
 std::optional<std::string> tearing_note(const Scene& scene, const TetMesh& mesh);
 
 }  // namespace livetet

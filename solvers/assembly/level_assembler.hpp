@@ -60,9 +60,9 @@ using LevelStorage = std::variant<MatrixLayout, SinglePrecision, BothPrecisions,
 /// Elements and operator of one mesh level, of P1 or P2 tets or hexahedra: the sum of a tangent
 /// stiffness, damping and the lumped mass that OperatorTerms names; rows and columns of constrained
 /// components are those of the identity. In the mixed form K is that of the displacements alone,
-/// psi_mu + p theta at a given p. Hexahedra have no matrix; their mixed form is Q1-P0. A
-/// level in single precision has a pressure a cell as an unknown; on others each cell eliminates
-/// its own, p = lambda times the cell's mean of theta.
+/// psi_mu + p theta at a given p. Hexahedra have no matrix; their mixed form is Q1-P0. In
+/// single precision the pressures of the cells are unknowns; else each cell eliminates its own,
+/// p = lambda times the cell's mean of theta.
 ///
 /// An assembler holds what does not change with the displacement: elements, moduli, constraints,
 /// the matrix. Where the body is comes as a Configuration with each call. To evaluate forces at u:
@@ -198,8 +198,8 @@ class LevelAssembler {
                              std::span<const float> v, std::span<float> f,
                              Support of_v = Support::all) const;
 
-    /// The mixed form on a level in single precision. Pressures where MixedValues has them, from a
-    /// vector of them.
+    /// The mixed form on a level in single precision. Writes a vector of pressures to `places`, in
+    /// the layout of MixedValues::p.
     void take_pressures(Vec p, std::span<float> places) const;
     /// f and g (see MixedLaw) at `p` and the displacement of `at`.
     void add_mixed_forces(const ElementRotations& at, std::span<const float> p,

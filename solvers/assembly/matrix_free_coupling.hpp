@@ -44,7 +44,7 @@ class MatrixFreeCoupling {
     double scale_;
     const ElementRotations* at_ = nullptr;
     std::vector<float> v_, f_;      ///< three numbers a node, one behind
-    std::vector<float> p_, q_, g_;  ///< pressures, directions, volumes, where MixedValues has them
+    std::vector<float> p_, q_, g_;  ///< pressures, directions, volumes, as MixedValues::p
 };
 
 }  // namespace livetet
