@@ -16,6 +16,8 @@ class NeoHookean final : public ConstitutiveModel {
         return std::make_unique<NeoHookean>(*this);
     }
 
+    /// On ten nodes it may rest everted: rounding decides.
+    bool recovers_from_inversion(bool quadratic) const override { return !quadratic; }
     const BatchLaw* batch_law() const override;
     double shear_energy(double mu, const Matrix3& H, const Matrix3& R) const override;
     Matrix3 shear_stress(double mu, const Matrix3& H, const Matrix3& R) const override;
