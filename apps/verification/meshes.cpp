@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <random>
 #include <string>
 
 #include "base/error.hpp"
+#include "mesh/quadratic_hexahedra.hpp"
 #include "mesh/shapes.hpp"
 
 namespace livetet::verification {
@@ -106,6 +108,53 @@ TetMesh box(const Vector3& size, Cells cells, double distortion) {
             if (inner[n]) mesh.nodes[n][c] += distortion * random() * size[c] / cells[c];
     check_tet_mesh(mesh, "the distorted box");
     return mesh;
+}
+
+namespace {
+
+/// Hexahedra of `step` bricks along each axis, of the mesh's nodes that are at whole halves of
+/// `step`; -1 elsewhere.
+std::vector<QuadraticHexahedron> hexahedra_of(Cells bricks, int step) {
+    std::vector<QuadraticHexahedron> cells;
+    for (int k = 0; k < bricks[2]; k += step)
+        for (int j = 0; j < bricks[1]; j += step)
+            for (int i = 0; i < bricks[0]; i += step) {
+                QuadraticHexahedron& cell = cells.emplace_back();
+                for (int n = 0; n < 27; ++n) {
+                    const int at[3] = {step * (n % 3), step * (n / 3 % 3), step * (n / 9)};
+                    const bool is_there = at[0] % 2 == 0 && at[1] % 2 == 0 && at[2] % 2 == 0;
+                    cell[n] = !is_there ? -1
+                                        : i + at[0] / 2 +
+                                              (bricks[0] + 1) * (j + at[1] / 2 +
+                                                                 (bricks[1] + 1) * (k + at[2] / 2));
+                }
+            }
+    return cells;
+}
+
+}  // namespace
+
+TetMesh straight_hexahedra(TetMesh mesh, Cells bricks) {
+    return quadratic_hexahedra(std::move(mesh), hexahedra_of(bricks, 1), {}, "hexahedra");
+}
+
+TetMesh bent_hexahedra(TetMesh mesh, Cells bricks) {
+    for (const int n : bricks)
+        if (n % 2 != 0)
+            fail("hexahedra of {} x {} x {} bricks, expected even numbers", bricks[0], bricks[1],
+                 bricks[2]);
+    std::map<std::string, std::vector<Triangle>> faces;
+    std::swap(faces, mesh.triangle_sets);  // of bricks
+    TetMesh made = quadratic_hexahedra(std::move(mesh), hexahedra_of(bricks, 2), {}, "hexahedra");
+    const std::vector<Triangle> boundary = boundary_triangles(made.tets);
+    for (const auto& [name, of_bricks] : faces) {
+        const std::vector<std::int32_t>& nodes = made.node_sets.at(name);
+        for (const Triangle& t : boundary)
+            if (std::ranges::all_of(
+                    t, [&](std::int32_t n) { return std::ranges::binary_search(nodes, n); }))
+                made.triangle_sets[name].push_back(t);
+    }
+    return made;
 }
 
 TetMesh sphere_octant(double a, double b, int n_surface, int n_radial) {

@@ -19,6 +19,14 @@ using Cells = std::array<int, 3>;
 /// Below 1/6 that turns no tet over; throws Error where it does (0.2 went well on 16^3 cells).
 TetMesh box(const Vector3& size, Cells cells, double distortion = 0);
 
+/// Such a mesh in quadratic hexahedra, one a brick, with straight edges. `bricks`: those that it
+/// was made of.
+TetMesh straight_hexahedra(TetMesh mesh, Cells bricks);
+
+/// In quadratic hexahedra of 2 x 2 x 2 bricks each, with the nodes that it has: so they bend as it
+/// does. Throws Error where a number of bricks is odd.
+TetMesh bent_hexahedra(TetMesh mesh, Cells bricks);
+
 /// One eighth of a thick hollow sphere, a <= |x| <= b, in x, y, z >= 0: symmetry planes "x0", "y0",
 /// "z0" (exactly on them), and "inner", "outer". The octant's triangle of directions is split in
 /// n_surface^2, at equal angles along its edges; n_radial layers of prisms, three tets each.

@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "base/stopwatch.hpp"
 #include "geometry/triangle_area.hpp"
-#include "mechanics/tet_kernels.hpp"
+#include "mechanics/mapped_hexahedron.hpp"
+#include "mesh/quadratic_faces.hpp"
 
 namespace livetet::verification {
 
@@ -24,14 +26,19 @@ std::uint8_t bits(const std::string& components) {
     return b;
 }
 
+/// Gauss's four points in [0, 1], exact to degree 7.
+constexpr double outer = 0.861136311594052575, inner = 0.339981043584856265,
+                 of_outer = 0.347854845137453857, of_inner = 1 - of_outer;
+constexpr double gauss_places[4] = {(1 - outer) / 2, (1 - inner) / 2, (1 + inner) / 2,
+                                    (1 + outer) / 2},
+                 gauss_weights[4] = {of_outer / 2, of_inner / 2, of_inner / 2, of_outer / 2};
+
 /// Visits points of a quadrature on the reference tet, exact to degree 7: Gauss points of the cube
 /// collapsed onto it.
 template <class Visit>
 void visit_quadrature(Visit&& visit) {
-    constexpr double a = 0.861136311594052575, b = 0.339981043584856265, wa = 0.347854845137453857,
-                     wb = 1 - wa;
-    constexpr double points[4] = {(1 - a) / 2, (1 - b) / 2, (1 + b) / 2, (1 + a) / 2},
-                     weights[4] = {wa / 2, wb / 2, wb / 2, wa / 2};
+    const auto& points = gauss_places;
+    const auto& weights = gauss_weights;
     for (int i = 0; i < 4; ++i)
         for (int j = 0; j < 4; ++j)
             for (int k = 0; k < 4; ++k) {
@@ -44,10 +51,66 @@ void visit_quadrature(Visit&& visit) {
             }
 }
 
+/// visit(place, its volume, the element's nodes, their shape functions) at points of a quadrature
+/// of degree 7 in each element.
+template <class Visit>
+void visit_tets(const TetMesh& mesh, Visit&& visit) {
+    const bool quadratic = !mesh.edge_nodes.empty();
+    for (std::size_t e = 0; e < mesh.tets.size(); ++e) {
+        const Tet& t = mesh.tets[e];
+        const double volume = signed_volume(mesh, t);
+        std::vector<std::int32_t> nodes(t.begin(), t.end());
+        if (quadratic)
+            nodes.insert(nodes.end(), mesh.edge_nodes[e].begin(), mesh.edge_nodes[e].end());
+        std::vector<double> values(nodes.size());
+        visit_quadrature([&](const Eigen::Vector4d& L, double share) {
+            Vector3 x = Vector3::Zero();
+            for (int i = 0; i < 4; ++i) {
+                x += L[i] * mesh.nodes[t[i]];
+                values[i] = quadratic ? L[i] * (2 * L[i] - 1) : L[i];
+            }
+            for (int k = 0; quadratic && k < 6; ++k)
+                values[4 + k] = 4 * L[tet_edges[k][0]] * L[tet_edges[k][1]];
+            visit(x, volume * share, nodes, values);
+        });
+    }
+}
+
+template <class Visit>
+void visit_hexahedra(const TetMesh& mesh, Visit&& visit) {
+    std::vector<double> values(27);
+    for (std::size_t e = 0; e < mesh.quadratic_hexahedra.size(); ++e) {
+        const auto& cell = mesh.quadratic_hexahedra[e];
+        const std::vector<std::int32_t> nodes(cell.begin(), cell.end());
+        const MappedHexahedron element = mapped_hexahedron(mesh, e);
+        for (int p = 0; p < 64; ++p) {
+            const Vector3 xi(gauss_places[p % 4], gauss_places[p / 4 % 4], gauss_places[p / 16]);
+            const auto shape = quadratic_shape(xi);
+            const Eigen::Matrix3d J = element.x * quadratic_slopes(xi).transpose();
+            std::copy(shape.begin(), shape.end(), values.begin());
+            visit(Vector3(element.x * shape),
+                  gauss_weights[p % 4] * gauss_weights[p / 4 % 4] * gauss_weights[p / 16] *
+                      J.determinant(),
+                  nodes, values);
+        }
+    }
+}
+
+template <class Visit>
+void visit_elements(const TetMesh& mesh, Visit&& visit) {
+    if (mesh.quadratic_hexahedra.empty())
+        visit_tets(mesh, visit);
+    else
+        visit_hexahedra(mesh, visit);
+}
+
 }  // namespace
 
 std::string Discretisation::name() const {
-    return fmt::format("{} {}{}", strain.name(), quadratic ? "P2" : "P1",
+    return fmt::format("{} {}{}", strain.name(),
+                       hexahedral  ? "Q2"
+                       : quadratic ? "P2"
+                                   : "P1",
                        formulation == Formulation::mixed ? " mixed" : "");
 }
 
@@ -61,8 +124,9 @@ Problem::Problem(std::vector<TetMesh> levels, const Isotropic& m, const Discreti
     : hierarchy_(make_hierarchy(std::move(levels), "verification")),
       materials_{material(m)},
       constraints_(0) {
-    if (d.quadratic) hierarchy_ = with_quadratic_level(std::move(hierarchy_));
-    const std::size_t own_levels = hierarchy_.levels.size() - (d.quadratic ? 1 : 0);
+    if (d.quadratic && !d.hexahedral) hierarchy_ = with_quadratic_level(std::move(hierarchy_));
+    const std::size_t own_levels =
+        hierarchy_.levels.size() - (d.quadratic && !d.hexahedral ? 1 : 0);
     body_ = std::make_unique<DeformableBody>(DistributedHierarchy{PETSC_COMM_SELF, hierarchy_},
                                              ElasticModel{materials_, d.strain, d.formulation},
                                              time, with_defaults(solver, own_levels));
@@ -92,7 +156,17 @@ void Problem::traction(const std::string& set,
     // At the middles of edges with a third of the area each: exact to degree 2. On P2 those are the
     // edge nodes, and the corner's shape functions vanish there.
     const EdgeNodes edges(mesh());
-    for (const Triangle& t : mesh().triangle_sets.at(set)) {
+    const std::vector<Triangle>& triangles = mesh().triangle_sets.at(set);
+    if (!mesh().quadratic_hexahedra.empty()) {
+        const QuadraticFaces faces(mesh(), triangles);
+        for (const Triangle& t : triangles)
+            for (const FacePoint& p : faces.points(mesh(), t))
+                for (int i = 0; i < 9; ++i)
+                    force_[p.nodes[i]] +=
+                        p.shares[i] * p.area.norm() * value(p.place, p.area.normalized());
+        return;
+    }
+    for (const Triangle& t : triangles) {
         const Vector3 area = area_vector(mesh().nodes, t);
         for (int k = 0; k < 3; ++k) {
             const std::int32_t a = t[k], b = t[(k + 1) % 3];
@@ -110,20 +184,12 @@ void Problem::traction(const std::string& set,
 }
 
 void Problem::body_force(const std::function<Vector3(const Vector3&)>& value) {
-    const bool quadratic = !mesh().edge_nodes.empty();
-    for (std::size_t e = 0; e < mesh().tets.size(); ++e) {
-        const Tet& t = mesh().tets[e];
-        const double volume = signed_volume(mesh(), t);
-        visit_quadrature([&](const Eigen::Vector4d& L, double share) {
-            Vector3 x = Vector3::Zero();
-            for (int i = 0; i < 4; ++i) x += L[i] * mesh().nodes[t[i]];
-            const Vector3 f = volume * share * value(x);
-            for (int i = 0; i < 4; ++i)
-                force_[t[i]] += (quadratic ? L[i] * (2 * L[i] - 1) : L[i]) * f;
-            for (int k = 0; quadratic && k < 6; ++k)
-                force_[mesh().edge_nodes[e][k]] += 4 * L[tet_edges[k][0]] * L[tet_edges[k][1]] * f;
-        });
-    }
+    visit_elements(mesh(),
+                   [&](const Vector3& x, double volume, const auto& nodes, const auto& shape) {
+                       const Vector3 f = volume * value(x);
+                       for (std::size_t i = 0; i < nodes.size(); ++i)
+                           force_[nodes[i]] += shape[i] * f;
+                   });
 }
 
 void Problem::apply() {
@@ -162,23 +228,14 @@ std::int32_t Problem::node_at(const Vector3& x) const {
 }
 
 double Problem::l2_error(const std::function<Vector3(const Vector3&)>& exact) const {
-    const bool quadratic = !mesh().edge_nodes.empty();
     double difference = 0, size = 0;
-    for (std::size_t e = 0; e < mesh().tets.size(); ++e) {
-        const Tet& t = mesh().tets[e];
-        const double volume = signed_volume(mesh(), t);
-        visit_quadrature([&](const Eigen::Vector4d& L, double share) {
-            Vector3 x = Vector3::Zero(), u = Vector3::Zero();
-            for (int i = 0; i < 4; ++i) {
-                x += L[i] * mesh().nodes[t[i]];
-                u += (quadratic ? L[i] * (2 * L[i] - 1) : L[i]) * u_[t[i]];
-            }
-            for (int k = 0; quadratic && k < 6; ++k)
-                u += 4 * L[tet_edges[k][0]] * L[tet_edges[k][1]] * u_[mesh().edge_nodes[e][k]];
-            difference += volume * share * (u - exact(x)).squaredNorm();
-            size += volume * share * exact(x).squaredNorm();
-        });
-    }
+    visit_elements(mesh(),
+                   [&](const Vector3& x, double volume, const auto& nodes, const auto& shape) {
+                       Vector3 u = Vector3::Zero();
+                       for (std::size_t i = 0; i < nodes.size(); ++i) u += shape[i] * u_[nodes[i]];
+                       difference += volume * (u - exact(x)).squaredNorm();
+                       size += volume * exact(x).squaredNorm();
+                   });
     return std::sqrt(difference / size);
 }
 

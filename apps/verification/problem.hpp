@@ -14,8 +14,9 @@ namespace livetet::verification {
 /// How a case is discretised.
 struct Discretisation {
     ModelChoice strain = "linear";
-    bool quadratic = false;
+    bool quadratic = false;  ///< P2; the meshes are P1
     Formulation formulation = Formulation::displacement;
+    bool hexahedral = false;  ///< Q2: the meshes are such
     std::string name() const;
     bool is_linear() const { return strain->kinematics() == Kinematics::small_strain; }
 };

@@ -56,6 +56,7 @@ void LevelAssembler::find_moduli(std::span<const Material> materials, const Mode
 }
 
 bool LevelAssembler::is_batched() const {
+    if (!share_.quadratic_hexahedra.empty()) return false;
     std::vector<const ConstitutiveModel*> models;
     for (const Moduli& m : moduli_) models.push_back(&*m.model);
     return why_not_batched(share_.is_quadratic(), is_mixed(), models).empty();
@@ -65,10 +66,12 @@ void LevelAssembler::find_mass() {
     node_mass_.assign(share_.owned, 0);
     with_shape([&](auto count) {
         for (std::size_t e = 0; e < share_.tets.size(); ++e) {
-            const double mass = moduli(e).density * element(e).volume;
+            const auto element = shaped_element<count()>(e);
+            const double mass = moduli(e).density * element.volume;
+            const auto shares = mass_shares<count()>(element);
             for (int i = 0; i < count(); ++i)
                 if (const std::int32_t n = share_.node(e, i); n < share_.owned)
-                    node_mass_[n] += mass * ElementShape<decltype(count)::value>::mass_share(i);
+                    node_mass_[n] += mass * shares[i];
         }
     });
 }
@@ -80,7 +83,27 @@ double LevelAssembler::matrix_bytes() const {
     return info.memory + matrix_->pattern().bytes();
 }
 
+MappedHexahedron LevelAssembler::mapped_element(std::size_t e) const {
+    Nodal<27> x;
+    for (int i = 0; i < 27; ++i) x.col(i) = share_.rest[share_.quadratic_hexahedra[e][i]];
+    return make_mapped_hexahedron(x, share_.shares.empty() ? 1 : share_.shares[e], moduli(e).lambda,
+                                  moduli(e).mu);
+}
+
+Eigen::Matrix4d LevelAssembler::pressure_mass(std::size_t e) const {
+    if (share_.quadratic_hexahedra.empty())  // of barycentric coordinates over a tet
+        return element(e).volume / 20 * (Eigen::Matrix4d::Ones() + Eigen::Matrix4d::Identity());
+    const MappedHexahedron hexahedron = mapped_element(e);
+    Eigen::Matrix4d mass = Eigen::Matrix4d::Zero();
+    for (int point = 0; point < ElementShape<27>::points; ++point) {
+        const Eigen::Vector4d L = pressure_shape(hexahedron, point);
+        mass += element_point(hexahedron, point).weight * L * L.transpose();
+    }
+    return mass;
+}
+
 TetElement LevelAssembler::element(std::size_t e) const {
+    if (!share_.quadratic_hexahedra.empty()) return mapped_element(e);
     const Tet& t = share_.tets[e];
     const Moduli& m = moduli(e);
     TetElement element =
@@ -188,12 +211,12 @@ void LevelAssembler::update_rotations(Vec u, ElementRotations& rotations) const 
         using Shape = ElementShape<nodes>;
         for (std::size_t e = 0; e < share_.tets.size(); ++e) {
             if (moduli(e).model->kinematics() != Kinematics::corotated) continue;
-            const TetElement element = this->element(e);
+            const auto element = shaped_element<nodes>(e);
             const Nodal<nodes> nodal = values_at<nodes>(e, values.data());
             for (int point = 0; point < Shape::points; ++point)
                 rotations.points[e * Shape::points + point] =
                     rotation_of(Eigen::Matrix3d::Identity() +
-                                nodal * Shape::gradients(element, point).transpose());
+                                nodal * element_point<nodes>(element, point).gradients.transpose());
         }
     });
 }
@@ -216,11 +239,11 @@ void LevelAssembler::add_stiffness(BlockMatrix::Filling& matrix, const Configura
             });
         return;
     }
-    visit_points(at, [&](const ConstitutiveModel& model, auto shape, std::size_t e,
-                         const TetElement& element, int, const auto& g, const Eigen::Matrix3d& H,
-                         const Eigen::Matrix3d& R, double p) {
-        visit_stiffness(model, tangent, factor * element.volume / shape.points, element.mu,
-                        is_mixed() ? 0 : element.lambda, p, H, R, g,
+    visit_points(at, [&](const ConstitutiveModel& model, std::size_t e, const TetElement& element,
+                         int, const auto& point, const Eigen::Matrix3d& H, const Eigen::Matrix3d& R,
+                         double p) {
+        visit_stiffness(model, tangent, factor * point.weight, element.mu,
+                        is_mixed() ? 0 : element.lambda, p, H, R, point.gradients,
                         [&](int i, int j, const Eigen::Matrix3d& K) {
                             const std::int32_t row = share_.node(e, i), column = share_.node(e, j);
                             if (row < share_.owned)
@@ -281,15 +304,15 @@ void LevelAssembler::elastic_force(const Configuration& at, Vec f) const {
     }
     LIVETET_PETSC(VecSet(f, 0));
     WriteArray forces(f);
-    visit_points(at, [&](const ConstitutiveModel& model, auto shape, std::size_t e,
-                         const TetElement& element, int, const auto& g, const Eigen::Matrix3d& H,
-                         const Eigen::Matrix3d& R, double p) {
-        const double weight = element.volume / shape.points;
-        const auto nodal = (weight * model.stress(element.mu, p, H, R) * g).eval();
-        for (int i = 0; i < nodal.cols(); ++i)
-            if (const std::int32_t n = share_.node(e, i); n < share_.owned)
-                Eigen::Map<Eigen::Vector3d>(forces.span().data() + 3 * n) += nodal.col(i);
-    });
+    visit_points(
+        at, [&](const ConstitutiveModel& model, std::size_t e, const TetElement& element, int,
+                const auto& point, const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
+            const auto nodal =
+                (point.weight * model.stress(element.mu, p, H, R) * point.gradients).eval();
+            for (int i = 0; i < nodal.cols(); ++i)
+                if (const std::int32_t n = share_.node(e, i); n < share_.owned)
+                    Eigen::Map<Eigen::Vector3d>(forces.span().data() + 3 * n) += nodal.col(i);
+        });
 }
 
 double LevelAssembler::force_at_unit_strain() const {

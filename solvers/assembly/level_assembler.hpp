@@ -10,6 +10,7 @@
 
 #include "base/thread_team.hpp"
 #include "mechanics/batch_law.hpp"
+#include "mechanics/mapped_hexahedron.hpp"
 #include "mechanics/material.hpp"
 #include "mechanics/rotation.hpp"
 #include "solvers/assembly/block_matrix.hpp"
@@ -60,9 +61,10 @@ using LevelStorage = std::variant<MatrixLayout, SinglePrecision, BothPrecisions,
 /// Elements and operator of one mesh level, of P1 or P2 tets or hexahedra: the sum of a tangent
 /// stiffness, damping and the lumped mass that OperatorTerms names; rows and columns of constrained
 /// components are those of the identity. In the mixed form K is that of the displacements alone,
-/// psi_mu + p theta at a given p. Hexahedra have no matrix; their mixed form is Q1-P0. In
+/// psi_mu + p theta at a given p. A grid's hexahedra have no matrix; their mixed form is Q1-P0. In
 /// single precision the pressures of the cells are unknowns; else each cell eliminates its own,
-/// p = lambda times the cell's mean of theta.
+/// p = lambda times the cell's mean of theta. Quadratic hexahedra have a matrix alone; their mixed
+/// form is Q2-P1, of pressures that are linear in each cell.
 ///
 /// An assembler holds what does not change with the displacement: elements, moduli, constraints,
 /// the matrix. Where the body is comes as a Configuration with each call. To evaluate forces at u:
@@ -90,7 +92,11 @@ class LevelAssembler {
     bool reads_rotations() const { return rotates_ || keeps_displacement(); }
     /// Gradients, volume and moduli of a local tet. Computed from the corner positions on each
     /// call; storing it would add a third to the level's memory.
+    /// Of a quadratic hexahedron that of mapped_element.
     TetElement element(std::size_t e) const;
+    MappedHexahedron mapped_element(std::size_t e) const;
+    /// Integrals of the products of an element's pressure_shape, m^3.
+    Eigen::Matrix4d pressure_mass(std::size_t e) const;
     /// The same as the operator of the displacements has it. In the mixed form without lambda; in
     /// single precision with the least mu in its place, by which batches hold volumes (see
     /// MixedTets): a preconditioner of that small Poisson's ratio does as well.
@@ -178,9 +184,9 @@ class LevelAssembler {
                              std::span<const double> v, std::span<double> f) const;
     /// Whether hexahedra eliminate their pressures.
     bool has_mean_dilation() const { return has_mean_dilation_; }
-    /// visit(n as a constant) for the nodes of an element of this level.
+    /// visit(n as a constant) for the nodes of an element of a level that batches can have.
     template <class Visitor>
-    decltype(auto) with_shape(Visitor&& visitor) const {
+    decltype(auto) with_batch_shape(Visitor&& visitor) const {
         if (!share_.hexahedra.empty()) return visitor(std::integral_constant<int, 8>{});
         return share_.edge_nodes.empty() ? visitor(std::integral_constant<int, 4>{})
                                          : visitor(std::integral_constant<int, 10>{});
@@ -239,7 +245,8 @@ class LevelAssembler {
     template <class Visit>
     void visit_volume_ratio(const Configuration& at, Visit&& visit) const;
 
-    /// `visit(local tet, point, Cauchy stress Pa)` at every quadrature point.
+    /// `visit(local tet, point, the volume it stands for, Cauchy stress Pa)` at every quadrature
+    /// point.
     template <class Visit>
     void visit_stress(const Configuration& at, Visit&& visit) const;
 
@@ -258,6 +265,21 @@ class LevelAssembler {
 
     template <int nodes>
     using Nodal = Eigen::Matrix<double, 3, nodes>;
+
+    /// visit(n as a constant) for the nodes of an element of this level.
+    template <class Visitor>
+    decltype(auto) with_shape(Visitor&& visitor) const {
+        if (!share_.quadratic_hexahedra.empty()) return visitor(std::integral_constant<int, 27>{});
+        return with_batch_shape(visitor);
+    }
+    /// The element as element_point takes it.
+    template <int nodes>
+    auto shaped_element(std::size_t e) const {
+        if constexpr (nodes == 27)
+            return mapped_element(e);
+        else
+            return element(e);
+    }
 
     void find_moduli(std::span<const Material> materials, const ModelChoice& model);
     const Moduli& moduli(std::size_t e) const {
@@ -354,18 +376,18 @@ class LevelAssembler {
                         : r.points[e * points + point];
     }
     /// lambda theta, or the interpolated pressure.
-    template <class Shape>
-    double pressure_at(const ConstitutiveModel& model, const Shape&, std::size_t e, double lambda,
+    template <int nodes, class Element>
+    double pressure_at(const ConstitutiveModel& model, std::size_t e, const Element& element,
                        int point, const double* pressures, const Eigen::Matrix3d& H,
                        const Eigen::Matrix3d& R) const {
-        if (!is_mixed()) return lambda * model.volume_strain(H, R);
+        if (!is_mixed()) return element.lambda * model.volume_strain(H, R);
         double p = 0;
-        const Eigen::Vector4d L = Shape::coordinates(point);
+        const Eigen::Vector4d L = pressure_shape<nodes>(element, point);
         for (int i = 0; i < 4; ++i) p += L[i] * pressures[pressure_->tets[e][i]];
         return p;
     }
-    /// visit(model, shape, e, element, point, gradients, H = F - I, R, p) at every quadrature point
-    /// of every local tet.
+    /// visit(model, e, element, point, its ElementPoint, H = F - I, R, p) at every quadrature point
+    /// of every local tet or hexahedron.
     template <class Visit>
     void visit_points(const Configuration& at, Visit&& visit) const;
 

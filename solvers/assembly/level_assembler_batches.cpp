@@ -329,21 +329,22 @@ void LevelAssembler::add_stiffness_times(double factor, const Configuration& at,
                             forces.span());
         return;
     }
-    visit_points(at, [&](const ConstitutiveModel& model, auto shape, std::size_t e,
-                         const TetElement& element, int, const auto& g, const Eigen::Matrix3d& H,
-                         const Eigen::Matrix3d& R, double p) {
-        constexpr int nodes = std::remove_cvref_t<decltype(g)>::ColsAtCompileTime;
-        const Eigen::Matrix3d dF = values_at<nodes>(e, direction.data()) * g.transpose();
-        Eigen::Matrix3d dP = model.shear_stress_increment(element.mu, p, H, R, dF);
-        if (!is_mixed()) {
-            const Eigen::Matrix3d N = model.volume_strain_gradient(H, R);
-            dP += element.lambda * N.cwiseProduct(dF).sum() * N;
-        }
-        const auto nodal = (factor * element.volume / shape.points * dP * g).eval();
-        for (int i = 0; i < nodes; ++i)
-            if (const std::int32_t n = share_.node(e, i); n < share_.owned)
-                Eigen::Map<Eigen::Vector3d>(forces.span().data() + 3 * n) += nodal.col(i);
-    });
+    visit_points(
+        at, [&]<int nodes>(const ConstitutiveModel& model, std::size_t e, const TetElement& element,
+                           int, const ElementPoint<nodes>& point, const Eigen::Matrix3d& H,
+                           const Eigen::Matrix3d& R, double p) {
+            const auto& g = point.gradients;
+            const Eigen::Matrix3d dF = values_at<nodes>(e, direction.data()) * g.transpose();
+            Eigen::Matrix3d dP = model.shear_stress_increment(element.mu, p, H, R, dF);
+            if (!is_mixed()) {
+                const Eigen::Matrix3d N = model.volume_strain_gradient(H, R);
+                dP += element.lambda * N.cwiseProduct(dF).sum() * N;
+            }
+            const auto nodal = (factor * point.weight * dP * g).eval();
+            for (int i = 0; i < nodes; ++i)
+                if (const std::int32_t n = share_.node(e, i); n < share_.owned)
+                    Eigen::Map<Eigen::Vector3d>(forces.span().data() + 3 * n) += nodal.col(i);
+        });
 }
 
 }  // namespace livetet

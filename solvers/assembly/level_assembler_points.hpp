@@ -29,20 +29,22 @@ void LevelAssembler::visit_points(const Configuration& at, Visit&& visit) const 
         constexpr int nodes = decltype(count)::value;
         using Shape = ElementShape<nodes>;
         for (std::size_t e = 0; e < share_.tets.size(); ++e) {
-            const TetElement element = this->element(e);
+            const auto element = shaped_element<nodes>(e);
             const ConstitutiveModel& model = *moduli(e).model;
             const Nodal<nodes> values = values_at<nodes>(e, u.data());
-            const double of_cell =
-                has_mean_dilation_ ? mean_pressure<Shape>(at, e, element, values) : 0;
+            double of_cell = 0;
+            if constexpr (nodes == 8)
+                if (has_mean_dilation_) of_cell = mean_pressure<Shape>(at, e, element, values);
             for (int point = 0; point < Shape::points; ++point) {
-                const auto g = Shape::gradients(element, point);
-                const Eigen::Matrix3d H = values * g.transpose();
+                const ElementPoint<nodes> of_point = element_point<nodes>(element, point);
+                const Eigen::Matrix3d H = values * of_point.gradients.transpose();
                 const Eigen::Matrix3d R = rotation(at, e, point, Shape::points, H);
-                const double p = has_mean_dilation_
-                                     ? of_cell
-                                     : pressure_at(model, Shape{}, e, element.lambda, point,
-                                                   pressures ? pressures->data() : nullptr, H, R);
-                visit(model, Shape{}, e, element, point, g, H, R, p);
+                const double p =
+                    has_mean_dilation_
+                        ? of_cell
+                        : pressure_at<nodes>(model, e, element, point,
+                                             pressures ? pressures->data() : nullptr, H, R);
+                visit(model, e, element, point, of_point, H, R, p);
             }
         }
     });
@@ -50,13 +52,13 @@ void LevelAssembler::visit_points(const Configuration& at, Visit&& visit) const 
 
 template <class Visit>
 void LevelAssembler::visit_stress(const Configuration& at, Visit&& visit) const {
-    visit_points(at, [&](const ConstitutiveModel& model, auto, std::size_t e,
-                         const TetElement& element, int point, const auto&,
-                         const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
+    visit_points(at, [&](const ConstitutiveModel& model, std::size_t e, const TetElement& element,
+                         int number, const auto& point, const Eigen::Matrix3d& H,
+                         const Eigen::Matrix3d& R, double p) {
         const Eigen::Matrix3d P = model.stress(element.mu, p, H, R);
         // Cauchy's stress is P F^T / J; at small strain it is P. That of flat elements is not
         // finite.
-        visit(e, point,
+        visit(e, number, point.weight,
               model.kinematics() == Kinematics::small_strain
                   ? P
                   : Eigen::Matrix3d(P * deformation_gradient(H).transpose() /
@@ -67,18 +69,17 @@ void LevelAssembler::visit_stress(const Configuration& at, Visit&& visit) const 
 template <class Visit>
 void LevelAssembler::visit_fields(const Configuration& at, Visit&& visit) const {
     TetFields fields;
-    visit_points(at, [&](const ConstitutiveModel& model, auto shape, std::size_t e,
-                         const TetElement& element, int point, const auto&,
-                         const Eigen::Matrix3d& H, const Eigen::Matrix3d& R, double p) {
-        constexpr int points = decltype(shape)::points;
-        if (point == 0) fields = {};
-        const double lambda = element.lambda;
+    visit_points(at, [&]<int nodes>(const ConstitutiveModel& model, std::size_t e,
+                                    const TetElement& element, int number,
+                                    const ElementPoint<nodes>& point, const Eigen::Matrix3d& H,
+                                    const Eigen::Matrix3d& R, double p) {
+        if (number == 0) fields = {};
+        const double lambda = element.lambda, share = point.weight / element.volume;
         fields.volume_change +=
-            (model.kinematics() == Kinematics::small_strain ? H.trace() : dilation_of(H)) / points;
-        fields.strain_energy_J_per_m3 +=
-            (model.shear_energy(element.mu, H, R) + (lambda != 0 ? p * p / (2 * lambda) : 0)) /
-            points;
-        if (point + 1 == points) visit(e, fields);
+            share * (model.kinematics() == Kinematics::small_strain ? H.trace() : dilation_of(H));
+        fields.strain_energy_J_per_m3 += share * (model.shear_energy(element.mu, H, R) +
+                                                  (lambda != 0 ? p * p / (2 * lambda) : 0));
+        if (number + 1 == ElementShape<nodes>::points) visit(e, fields);
     });
 }
 
@@ -86,12 +87,12 @@ template <class Visit>
 void LevelAssembler::visit_volume_ratio(const Configuration& at, Visit&& visit) const {
     double ratio = 0;
     visit_points(
-        at, [&](const ConstitutiveModel&, auto shape, std::size_t e, const TetElement&, int point,
-                const auto&, const Eigen::Matrix3d& H, const Eigen::Matrix3d&, double) {
-            constexpr int points = decltype(shape)::points;
-            if (point == 0) ratio = 1;
-            ratio += dilation_of(H) / points;
-            if (point + 1 == points) visit(e, ratio);
+        at, [&]<int nodes>(const ConstitutiveModel&, std::size_t e, const TetElement& element,
+                           int number, const ElementPoint<nodes>& point, const Eigen::Matrix3d& H,
+                           const Eigen::Matrix3d&, double) {
+            if (number == 0) ratio = 1;
+            ratio += point.weight / element.volume * dilation_of(H);
+            if (number + 1 == ElementShape<nodes>::points) visit(e, ratio);
         });
 }
 
@@ -102,15 +103,14 @@ void LevelAssembler::visit_volume_strain(const Configuration& at, Visit&& visit)
         constexpr int nodes = decltype(count)::value;
         using Shape = ElementShape<nodes>;
         for (std::size_t e = 0; e < share_.tets.size(); ++e) {
-            const TetElement element = this->element(e);
+            const auto element = shaped_element<nodes>(e);
             const ConstitutiveModel& model = *moduli(e).model;
             const Nodal<nodes> nodal = values_at<nodes>(e, values.data());
             for (int point = 0; point < Shape::points; ++point) {
-                const auto g = Shape::gradients(element, point);
+                const auto [g, weight] = element_point<nodes>(element, point);
                 const Eigen::Matrix3d H = nodal * g.transpose();
                 const Eigen::Matrix3d R = rotation(at, e, point, Shape::points, H);
-                visit(e, Shape::coordinates(point), element.volume / Shape::points,
-                      model.volume_strain(H, R),
+                visit(e, pressure_shape<nodes>(element, point), weight, model.volume_strain(H, R),
                       Nodal<nodes>(model.volume_strain_gradient(H, R) * g));
             }
         }

@@ -22,12 +22,10 @@ PetscHandle<Mat> make_matrix(MPI_Comm comm, PetscInt rows, PetscInt columns,
     return A;
 }
 
-/// integral N_i N_j over a tet.
-double mass(const TetElement& t, int i, int j) { return t.volume / 20 * (i == j ? 2 : 1); }
-
 /// Dohrmann and Bochev's term of C, for P1 (see the class).
-double stabilisation(const TetElement& t, int i, int j, int nodes) {
-    return nodes == 4 ? (mass(t, i, j) - t.volume / 16) / (2 * t.mu) : 0;
+Eigen::Matrix4d stabilisation(const TetElement& t, const Eigen::Matrix4d& mass, int nodes) {
+    if (nodes != 4) return Eigen::Matrix4d::Zero();
+    return (mass - Eigen::Matrix4d::Constant(t.volume / 16)) / (2 * t.mu);
 }
 
 }  // namespace
@@ -53,8 +51,8 @@ PressureCoupling::PressureCoupling(const LevelAssembler& level) : level_(level) 
         make_b();
     }
     const int n = share.nodes_per_tet();
-    fill(minus_c_, [&](std::size_t, const TetElement& t, int i, int j) {
-        return -(mass(t, i, j) / t.lambda + stabilisation(t, i, j, n));
+    fill(minus_c_, [&](std::size_t, const TetElement& t, const Eigen::Matrix4d& mass) {
+        return Eigen::Matrix4d(-(mass / t.lambda + stabilisation(t, mass, n)));
     });
     set_constrained();
 }
@@ -89,16 +87,13 @@ void PressureCoupling::fill(PetscHandle<Mat>& matrix, Value&& value) const {
             columns.push_back(space.numbers[space.tets[e][j]]);
             values.push_back(scale_ * scale_ * of_pair);
         };
-        double of_cell = 0;
+        const Eigen::Matrix4d of_pairs = value(e, t, level_.pressure_mass(e));
+        if (is_grid) {
+            add(0, 0, of_pairs.sum());
+            continue;
+        }
         for (int i = 0; i < 4; ++i)
-            for (int j = 0; j < 4; ++j) {
-                const double of_pair = value(e, t, i, j);
-                if (is_grid)
-                    of_cell += of_pair;
-                else
-                    add(i, j, of_pair);
-            }
-        if (is_grid) add(0, 0, of_cell);
+            for (int j = 0; j < 4; ++j) add(i, j, of_pairs(i, j));
     }
     if (!matrix) matrix = make_matrix(space.comm, space.owned, space.owned, rows, columns);
     LIVETET_PETSC(MatSetValuesCOO(matrix.get(), values.data(), INSERT_VALUES));
@@ -114,10 +109,10 @@ double PressureCoupling::free_share(std::size_t e) const {
 
 void PressureCoupling::set_constrained() {
     const int n = level_.share().nodes_per_tet();
-    fill(minus_schur_, [&](std::size_t e, const TetElement& t, int i, int j) {
+    fill(minus_schur_, [&](std::size_t e, const TetElement& t, const Eigen::Matrix4d& mass) {
         const double f = free_share(e);
-        return -(mass(t, i, j) * (1 / t.lambda + f / (2 * t.mu)) +
-                 (1 - f) * stabilisation(t, i, j, n));
+        return Eigen::Matrix4d(
+            -(mass * (1 / t.lambda + f / (2 * t.mu)) + (1 - f) * stabilisation(t, mass, n)));
     });
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <ranges>
 
 namespace livetet {
 
@@ -11,6 +12,15 @@ PressureSpace make_pressure_space(const PartitionedMesh& share) {
         for (; space.owned < static_cast<std::int32_t>(share.hexahedra.size()); ++space.owned) {
             space.numbers.push_back(space.owned);
             space.tets.push_back({space.owned, space.owned, space.owned, space.owned});
+        }
+        return space;
+    }
+    if (!share.quadratic_hexahedra.empty()) {
+        for (std::size_t e = 0; e < share.quadratic_hexahedra.size(); ++e) {
+            std::ranges::iota_view four(space.owned, space.owned + 4);
+            space.numbers.insert(space.numbers.end(), four.begin(), four.end());
+            space.tets.push_back({four[0], four[1], four[2], four[3]});
+            space.owned += 4;
         }
         return space;
     }

@@ -8,7 +8,8 @@ namespace livetet {
 
 /// Tets: continuous pressures, one at each corner, shared by the ranks as the corners are.
 /// Hexahedra: one a cell, on one rank; `tets` names it four times, so that linear interpolation
-/// gives a constant. Local pressures: the owned ones first, then ghosts by rising PETSc number.
+/// gives a constant. Quadratic hexahedra: four a cell, linear in it, on one rank (pressure_shape).
+/// Local pressures: the owned ones first, then ghosts by rising PETSc number.
 struct PressureSpace {
     MPI_Comm comm = MPI_COMM_SELF;
     std::int32_t owned = 0;

@@ -36,7 +36,7 @@ std::vector<float> diagonal_stiffness(const LevelAssembler& level) {
 MatrixFreeOperator::MatrixFreeOperator(LevelAssembler& level, ThreadTeam& team)
     : level_(level),
       team_(team),
-      stiffness_(level.with_shape(
+      stiffness_(level.with_batch_shape(
           [&](auto count) { return diagonal_stiffness<decltype(count)::value>(level); })),
       force_(3 * level.share().nodes.size() + 1, 0.0F),
       shift_(3 * stiffness_.size(), 0.0F),

@@ -43,18 +43,19 @@ RowBlocks node_blocks(const PartitionedMesh& mesh) {
 
 namespace {
 
-/// Of the whole mesh, where there are any: one at each corner, or one in each cell.
+/// Of the whole mesh, where there are any: one at each corner, or one or four in each cell.
 std::size_t pressure_count(const PartitionedMesh& mesh) {
+    if (!mesh.quadratic_hexahedra.empty()) return 4 * mesh.quadratic_hexahedra.size();
     return mesh.hexahedra.empty() ? static_cast<std::size_t>(mesh.corners) : mesh.hexahedra.size();
 }
 
 /// Of the pressures of `p`: those of corners are owned with them, the first of the rank's own
-/// nodes; grids are on one rank.
+/// nodes; hexahedra are on one rank.
 RowBlocks pressure_blocks(const PartitionedMesh& mesh, const BodyState& state) {
     PetscInt here = 0;
     LIVETET_PETSC(VecGetLocalSize(state.p.get(), &here));
     std::vector<std::int32_t> numbers(static_cast<std::size_t>(here));
-    if (mesh.hexahedra.empty())
+    if (!mesh.has_hexahedra())
         std::copy_n(mesh.nodes.begin(), here, numbers.begin());
     else
         std::iota(numbers.begin(), numbers.end(), 0);

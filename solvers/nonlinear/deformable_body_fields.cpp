@@ -24,10 +24,13 @@ std::vector<TetFields> DeformableBody::local_tet_fields() {
     std::vector<TetFields> local(share.tets.size());
     fine.visit_fields(configuration(),
                       [&](std::size_t e, const TetFields& fields) { local[e] = fields; });
-    const double points = !share.hexahedra.empty() ? 8 : share.edge_nodes.empty() ? 1 : 4;
-    fine.visit_stress(configuration(), [&](std::size_t e, int, const Eigen::Matrix3d& stress) {
-        local[e].cauchy_stress_Pa += stress / points;
-    });
+    std::vector<double> volumes(local.size(), 0.0);
+    fine.visit_stress(configuration(),
+                      [&](std::size_t e, int, double weight, const Eigen::Matrix3d& stress) {
+                          local[e].cauchy_stress_Pa += weight * stress;
+                          volumes[e] += weight;
+                      });
+    for (std::size_t e = 0; e < local.size(); ++e) local[e].cauchy_stress_Pa /= volumes[e];
     return local;
 }
 
@@ -69,10 +72,12 @@ std::vector<TetFields> DeformableBody::tet_fields() {
     }
     packed = RowBlocks(share.comm, solver_->tet_count(), mine).to_block(packed, numbers);
     // The tets of a hexahedron have its mean fields. Hexahedra are on one rank.
-    if (!share.hexahedra.empty())
+    if (share.has_hexahedra()) {
+        const std::size_t alike = solver_->tet_count() / share.tets.size();
         for (std::size_t e = 0; e < solver_->tet_count(); ++e)
-            std::copy_n(packed.data() + numbers * (e - e % tets_per_hexahedron), numbers,
+            std::copy_n(packed.data() + numbers * (e - e % alike), numbers,
                         packed.data() + numbers * e);
+    }
     std::vector<TetFields> fields;
     fields.reserve(packed.size() / numbers);
     for (const double* at = packed.data(); at < packed.data() + packed.size(); at += numbers)
@@ -80,37 +85,79 @@ std::vector<TetFields> DeformableBody::tet_fields() {
     return fields;
 }
 
+namespace {
+
+/// Stresses at nodes of each element, from those at its quadrature points.
+struct ElementStress {
+    std::size_t kept;  ///< nodes of an element that values are kept of: corners, or all 27
+    std::vector<Eigen::Matrix3d> values;  ///< element after element
+
+    ElementStress(std::size_t of_each, std::size_t elements)
+        : kept(of_each), values(of_each * elements, Eigen::Matrix3d::Zero()) {}
+    /// At node i of element e; at the middle of a tet's edge the mean of its ends'.
+    Eigen::Matrix3d at(std::size_t e, std::size_t i) const {
+        if (i < kept) return values[kept * e + i];
+        const auto& [a, b] = tet_edges[i - kept];
+        return (values[kept * e + a] + values[kept * e + b]) / 2;
+    }
+};
+
+/// Of tets: the linear function through the values v_q at the four points has at corner i the value
+/// own * v_i + other * (sum of the other three).
+ElementStress stress_at_tets(const LevelAssembler& level, const Configuration& at) {
+    const PartitionedMesh& share = level.share();
+    const bool quadratic = !share.edge_nodes.empty();
+    const double own = quadratic ? (3 * std::sqrt(5.0) + 1) / 4 : 1,
+                 other = quadratic ? (1 - std::sqrt(5.0)) / 4 : 1;
+    ElementStress nodal(4, share.tets.size());
+    level.visit_stress(at, [&](std::size_t e, int point, double, const Eigen::Matrix3d& stress) {
+        for (int i = 0; i < 4; ++i) nodal.values[4 * e + i] += (i == point ? own : other) * stress;
+    });
+    return nodal;
+}
+
+/// Of quadratic hexahedra: the trilinear function nearest to the values at the 3 x 3 x 3 points.
+/// Along an axis it has at x = 0, 1/2 and 1 the values
+///     sum_a w_a (1 + 12 (x - 1/2) (x_a - 1/2)) v_a.
+/// So it is what the 2 x 2 x 2 points would give, where the stress is of higher order (Barlow
+/// 1976).
+ElementStress stress_at_hexahedra(const LevelAssembler& level, const Configuration& at) {
+    const double of_far = 5.0 / 18, slope = 12 * of_far * 0.5 * std::sqrt(0.6) / 2;
+    const double from[3][3] = {{of_far + slope, 8.0 / 18, of_far - slope},
+                               {of_far, 8.0 / 18, of_far},
+                               {of_far - slope, 8.0 / 18, of_far + slope}};
+    ElementStress nodal(27, level.share().tets.size());
+    level.visit_stress(at, [&](std::size_t e, int p, double, const Eigen::Matrix3d& stress) {
+        for (int i = 0; i < 27; ++i)
+            nodal.values[27 * e + i] +=
+                from[i % 3][p % 3] * from[i / 3 % 3][p / 3 % 3] * from[i / 9][p / 9] * stress;
+    });
+    return nodal;
+}
+
+}  // namespace
+
 std::vector<Eigen::Matrix3d> DeformableBody::nodal_stress() {
     const LevelAssembler& fine = level();
     const PartitionedMesh& share = mesh();
-    const bool quadratic = !share.edge_nodes.empty();
     if (!share.hexahedra.empty())
-        fail("nodal_stress: found hexahedra, expected tetrahedra; tet_fields has their stress");
-    // The linear function through the values v_q at the four points has at corner i the value
-    // own * v_i + other * (sum of the other three).
-    const double own = quadratic ? (3 * std::sqrt(5.0) + 1) / 4 : 1,
-                 other = quadratic ? (1 - std::sqrt(5.0)) / 4 : 1;
-    std::vector<std::array<Eigen::Matrix3d, 4>> corners(share.tets.size());
-    for (auto& tet : corners) tet.fill(Eigen::Matrix3d::Zero());
-    fine.visit_stress(configuration(),
-                      [&](std::size_t e, int point, const Eigen::Matrix3d& stress) {
-                          for (int i = 0; i < 4; ++i)
-                              corners[e][i] += (i == point ? own : other) * stress;
-                      });
-    constexpr int numbers = 10;
+        fail("nodal_stress: found a grid, expected tetrahedra; tet_fields has its stress");
+    const ElementStress of_elements = share.quadratic_hexahedra.empty()
+                                          ? stress_at_tets(fine, configuration())
+                                          : stress_at_hexahedra(fine, configuration());
+    constexpr int numbers = 10;  // of a node: the sum of volume times stress, and of the volume
     std::vector<double> packed(numbers * static_cast<std::size_t>(share.owned), 0.0);
-    const auto add = [&](std::int32_t n, double volume, const Eigen::Matrix3d& stress) {
-        if (n >= share.owned) return;
-        double* at = packed.data() + numbers * n;
-        Eigen::Map<Eigen::Matrix3d>{at} += volume * stress;
-        at[9] += volume;
-    };
-    for (std::size_t e = 0; e < corners.size(); ++e) {
+    const int nodes = share.nodes_per_tet();
+    for (std::size_t e = 0; e < share.tets.size(); ++e) {
         const double volume = fine.element(e).volume;
-        for (int i = 0; i < 4; ++i) add(share.tets[e][i], volume, corners[e][i]);
-        for (int k = 0; quadratic && k < 6; ++k)
-            add(share.edge_nodes[e][k], volume,
-                (corners[e][tet_edges[k][0]] + corners[e][tet_edges[k][1]]) / 2);
+        for (int i = 0; i < nodes; ++i) {
+            const std::int32_t n = share.node(e, i);
+            if (n >= share.owned) continue;
+            double* at = packed.data() + numbers * n;
+            Eigen::Map<Eigen::Matrix3d>{at} +=
+                volume * of_elements.at(e, static_cast<std::size_t>(i));
+            at[9] += volume;
+        }
     }
     std::vector<Eigen::Matrix3d> stress;
     for (const double* at = packed.data(); at < packed.data() + packed.size(); at += numbers)

@@ -38,8 +38,7 @@ LevelPieces level_pieces(const TetMesh& whole) {
         pieces.all[p].extent = boxes[p].diagonal().norm() / 2;
     }
     // Of hexahedra the first tet, by which a share knows them.
-    const std::size_t step = whole.hexahedra.empty() ? 1 : tets_per_hexahedron;
-    for (std::size_t e = 0; e < whole.tets.size(); e += step)
+    for (std::size_t e = 0; e < whole.tets.size(); e += whole.tets_per_element())
         pieces.all[pieces.of_node[whole.tets[e][0]]].tet = static_cast<std::int32_t>(e);
     return pieces;
 }

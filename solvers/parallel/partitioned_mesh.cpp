@@ -5,6 +5,7 @@
 
 #include "base/error.hpp"
 #include "mesh/hex_grid.hpp"
+#include "mesh/quadratic_hexahedra.hpp"
 #include "solvers/parallel/mesh_distribution.hpp"
 #include "solvers/parallel/row_blocks.hpp"
 #include "solvers/parallel/sum_over_ranks.hpp"
@@ -29,6 +30,18 @@ void take_all(const TetMesh& mesh, PartitionedMesh& share) {
         }
         return;
     }
+    if (!mesh.quadratic_hexahedra.empty()) {
+        share.quadratic_hexahedra = mesh.quadratic_hexahedra;
+        share.shares = mesh.shares;
+        for (std::size_t e = 0; e < mesh.quadratic_hexahedra.size(); ++e) {
+            const auto corner = [&](int c) {
+                return mesh.quadratic_hexahedra[e][quadratic_corner(c)];
+            };
+            share.tets.push_back({corner(0), corner(1), corner(2), corner(4)});
+            share.tet_ids.push_back(static_cast<std::int32_t>(tets_per_quadratic_hexahedron * e));
+        }
+        return;
+    }
     share.tets = mesh.tets;
     share.edge_nodes = mesh.edge_nodes;
     share.tet_ids.resize(mesh.tets.size());
@@ -43,7 +56,7 @@ PartitionedMesh distribute_mesh(MPI_Comm comm, const TetMesh& mesh,
     MPI_Comm_rank(comm, &rank);
     MPI_Comm_size(comm, &ranks);
     if (ranks > 1) {
-        if (!mesh.hexahedra.empty())
+        if (mesh.has_hexahedra())
             fail("hexahedra on {} ranks, expected one: only tetrahedra are distributed", ranks);
         const auto r = static_cast<std::size_t>(rank), all = static_cast<std::size_t>(ranks);
         return distribute_rows(comm, rows_of(mesh, r, all), {mesh.nodes.size(), mesh.tets.size()},

@@ -27,7 +27,10 @@ struct PartitionedMesh {
     std::vector<std::array<std::int32_t, 6>> edge_nodes;  ///< P2: in local nodes
     /// Grids: in local nodes. `tets` are then their corner tets (corners 0, 1, 2, 4), one each.
     std::vector<Hexahedron> hexahedra{};
-    /// Local tet -> tet of the whole mesh; of a hexahedron the first of its six.
+    /// In local nodes, and their shares as TetMesh has them. `tets` are their corner tets too.
+    std::vector<QuadraticHexahedron> quadratic_hexahedra{};
+    std::vector<double> shares{};
+    /// Local tet -> tet of the whole mesh; of a hexahedron the first of its tets.
     std::vector<std::int32_t> tet_ids;
     std::vector<std::int32_t> regions;  ///< of each local tet or hexahedron; empty: one material
     /// Of each local tet or hexahedron, m^3, where they are not those of its shape: what of a cell
@@ -37,10 +40,16 @@ struct PartitionedMesh {
     std::size_t ghosts() const { return nodes.size() - owned; }
     /// Whether the whole mesh is P2: a rank without tets has no edge nodes either.
     bool is_quadratic() const { return static_cast<std::size_t>(corners) < total; }
-    int nodes_per_tet() const { return !hexahedra.empty() ? 8 : edge_nodes.empty() ? 4 : 10; }
+    int nodes_per_tet() const {
+        if (!quadratic_hexahedra.empty()) return 27;
+        return !hexahedra.empty() ? 8 : edge_nodes.empty() ? 4 : 10;
+    }
+    /// Whether local tets stand for hexahedra, of either order.
+    bool has_hexahedra() const { return !hexahedra.empty() || !quadratic_hexahedra.empty(); }
     /// Local node i of local tet e: corners, then edge nodes; or of hexahedron e.
     std::int32_t node(std::size_t e, int i) const {
         if (!hexahedra.empty()) return hexahedra[e][i];
+        if (!quadratic_hexahedra.empty()) return quadratic_hexahedra[e][i];
         return i < 4 ? tets[e][i] : edge_nodes[e][i - 4];
     }
 };

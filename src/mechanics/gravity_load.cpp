@@ -1,6 +1,6 @@
 #include "mechanics/gravity_load.hpp"
 
-#include "mechanics/hex_kernels.hpp"
+#include "mechanics/mapped_hexahedron.hpp"
 #include "mesh/hex_grid.hpp"
 
 namespace livetet {
@@ -17,6 +17,18 @@ std::vector<Vector3> gravity_load(const TetMesh& mesh, std::span<const Material>
                 force[mesh.hexahedra[e][c]] += ElementShape<8>::force_share(c) *
                                                material.density_kg_per_m3 * mesh.shares[e] *
                                                volume * gravity;
+        }
+        return force;
+    }
+    if (!mesh.quadratic_hexahedra.empty()) {
+        for (std::size_t e = 0; e < mesh.quadratic_hexahedra.size(); ++e) {
+            const Material& material = material_of(
+                materials,
+                mesh.regions.empty() ? 0 : mesh.regions[tets_per_quadratic_hexahedron * e]);
+            const auto volumes = force_volumes(mapped_hexahedron(mesh, e));
+            for (int i = 0; i < 27; ++i)
+                force[mesh.quadratic_hexahedra[e][i]] +=
+                    volumes[i] * material.density_kg_per_m3 * gravity;
         }
         return force;
     }

@@ -58,4 +58,31 @@ struct ElementShape<8> {
     static constexpr double force_share(int) { return 0.125; }
 };
 
+/// What an integral over an element takes at a quadrature point: the shape functions' gradients,
+/// 1/m, and the volume that the point stands for, m^3.
+template <int nodes>
+struct ElementPoint {
+    Eigen::Matrix<double, 3, nodes> gradients;
+    double weight;
+};
+
+/// Of elements whose Jacobian is constant: points of equal weight.
+template <int nodes>
+ElementPoint<nodes> element_point(const TetElement& e, int point) {
+    using Shape = ElementShape<nodes>;
+    return {Shape::gradients(e, point), e.volume / Shape::points};
+}
+/// Each node's share of a lumped mass.
+template <int nodes>
+Eigen::Matrix<double, nodes, 1> mass_shares(const TetElement&) {
+    Eigen::Matrix<double, nodes, 1> shares;
+    for (int i = 0; i < nodes; ++i) shares[i] = ElementShape<nodes>::mass_share(i);
+    return shares;
+}
+/// Of the four pressures of an element at a point: barycentric coordinates.
+template <int nodes>
+Eigen::Vector4d pressure_shape(const TetElement&, int point) {
+    return ElementShape<nodes>::coordinates(point);
+}
+
 }  // namespace livetet

@@ -26,9 +26,16 @@ using Hexahedron = std::array<std::int32_t, 8>;
 /// Tets that a hexahedron is divided into where a mesh of tets is expected.
 inline constexpr std::size_t tets_per_hexahedron = 6;
 
-/// A body at rest: tets of four nodes (P1) or ten (P2, see `quadratic_mesh`), or a grid's hexahedra
-/// (see `hex_grid.hpp`). Positions in metres, RAS. Tets are positively oriented: det(x1 - x0,
-/// x2 - x0, x3 - x0) > 0. Plain data; `check_tet_mesh` checks its consistency.
+/// The 27 nodes of a hexahedron of order 2 (Q2): node i + 3 j + 9 k is at (i, j, k) / 2 of the
+/// cell's own coordinates from 0 to 1. Its corners, edges and faces may be anywhere.
+using QuadraticHexahedron = std::array<std::int32_t, 27>;
+/// The same of a quadratic hexahedron, all of whose nodes are corners of these tets.
+inline constexpr std::size_t tets_per_quadratic_hexahedron = 48;
+
+/// A body at rest: tets of four nodes (P1) or ten (P2, see `quadratic_mesh`), a grid's hexahedra
+/// (see `hex_grid.hpp`), or quadratic hexahedra (see `quadratic_hexahedra.hpp`). Positions in
+/// metres, RAS. Tets are positively oriented: det(x1 - x0, x2 - x0, x3 - x0) > 0. Plain data;
+/// `check_tet_mesh` checks its consistency.
 struct TetMesh {
     std::vector<Vector3> nodes;
     std::vector<Tet> tets;
@@ -43,6 +50,18 @@ struct TetMesh {
     /// six of each cell, in order (`tets_of_hexahedra`), for whatever takes tets.
     std::vector<Hexahedron> hexahedra{};
     std::vector<double> shares{};
+    /// Quadratic hexahedra only: the cells; `shares` as of a grid, or empty: all of each. The tets
+    /// are 48 of each cell, in order (`tets_of_quadratic`).
+    std::vector<QuadraticHexahedron> quadratic_hexahedra{};
+
+    /// Whether its elements are hexahedra, of either order.
+    bool has_hexahedra() const { return !hexahedra.empty() || !quadratic_hexahedra.empty(); }
+    /// Tets that an element is divided into: 1, if it is a tet.
+    std::size_t tets_per_element() const {
+        return !quadratic_hexahedra.empty() ? tets_per_quadratic_hexahedron
+               : !hexahedra.empty()         ? tets_per_hexahedron
+                                            : 1;
+    }
 };
 
 /// Number of corner nodes: all nodes of a P1 mesh, the first ones of a P2 mesh.
