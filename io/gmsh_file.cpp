@@ -1,6 +1,7 @@
 #include "io/gmsh_file.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <string>
 #include <unordered_map>
@@ -11,8 +12,8 @@
 #include "io/parse_in_child.hpp"
 #include "io/text.hpp"
 #include "mesh/grid_of_cells.hpp"
-#include "mesh/hex_grid.hpp"
 #include "mesh/packed_mesh.hpp"
+#include "mesh/quadratic_hexahedra.hpp"
 
 namespace livetet {
 
@@ -21,7 +22,9 @@ namespace {
 namespace fs = std::filesystem;
 using gmsh::Tags;
 
-constexpr int triangle_type = 2, tet_type = 4, hexahedron_type = 5;
+constexpr int triangle_type = 2, tet_type = 4;
+/// Of 8, 20 and 27 nodes.
+constexpr int hexahedron_types[] = {5, 17, 12};
 
 /// The first error that Gmsh logged; empty if there was none.
 std::string first_error() {
@@ -60,14 +63,15 @@ class Reader {
 
     TetMesh read() {
         read_places();
-        if (has_hexahedra())
-            read_grid();
+        if (const int type = hexahedron_type())
+            read_hexahedra(type);
         else
             read_tets();
         for (const Triangle& t : boundary_triangles(mesh_.tets)) outwards_[sorted(t)] = t;
         for (const auto& [dimension, tag] : gmsh::physical_groups(-1))
             if (dimension < 3) read_group(dimension, tag);
-        return std::move(mesh_);
+        if (cells_.empty()) return std::move(mesh_);
+        return mesh_of_hexahedra(std::move(mesh_), std::move(cells_), cell_regions_, where_);
     }
 
   private:
@@ -84,7 +88,7 @@ class Reader {
                 unit_ * Vector3(coordinates[3 * i], coordinates[3 * i + 1], coordinates[3 * i + 2]);
     }
 
-    /// The mesh's index of a Gmsh node, assigned at its first use by a tet.
+    /// The mesh's index of a Gmsh node, assigned at its first use by a tet or hexahedron.
     std::int32_t number_of(std::size_t tag) {
         if (const auto known = numbers_.find(tag); known != numbers_.end()) return known->second;
         const auto place = places_.find(tag);
@@ -97,7 +101,7 @@ class Reader {
     }
 
     /// The nodes of all elements of an entity. All elements must be of `type`.
-    Tags elements_of(int dimension, int entity, int type, const char* expected) {
+    Tags elements_of(int dimension, int entity, int type, const std::string& expected) {
         Tags all;
         for (const gmsh::Elements& elements : gmsh::elements(dimension, entity)) {
             if (elements.type != type) {
@@ -112,29 +116,39 @@ class Reader {
         return all;
     }
 
-    static bool has_hexahedra() {
+    /// Gmsh's type of the file's hexahedra, or 0.
+    static int hexahedron_type() {
         for (const auto& [dimension, entity] : gmsh::entities(3))
             for (const gmsh::Elements& elements : gmsh::elements(dimension, entity))
-                if (elements.type == hexahedron_type) return true;
-        return false;
+                if (std::ranges::find(hexahedron_types, elements.type) !=
+                    std::end(hexahedron_types))
+                    return elements.type;
+        return 0;
     }
 
-    void read_grid() {
+    void read_hexahedra(int type) {
         const bool grouped = !gmsh::physical_groups(3).empty();
-        std::vector<Hexahedron> cells;
-        std::vector<std::int32_t> regions;
+        const gmsh::ElementType element = gmsh::element_type(type);
+        std::vector<int> place_of;  // of each of Gmsh's nodes, from -1 to 1, in a cell of ours
+        for (std::size_t i = 0; i + 2 < element.places.size(); i += 3) {
+            const auto half = [&](std::size_t d) {
+                return static_cast<int>(std::lround(element.places[i + d])) + 1;
+            };
+            place_of.push_back(quadratic_place(half(0), half(1), half(2)));
+        }
         for (const auto& [dimension, entity] : gmsh::entities(3)) {
-            const Tags nodes = elements_of(dimension, entity, hexahedron_type,
-                                           "8-node hexahedra, as others are in this file");
+            const Tags nodes = elements_of(
+                dimension, entity, type,
+                fmt::format("hexahedra of {} nodes, as others are in this file", place_of.size()));
             const std::vector<int> physical = gmsh::physical_groups_of_entity(3, entity);
-            for (std::size_t i = 0; i + 7 < nodes.size(); i += 8) {
-                Hexahedron& cell = cells.emplace_back();
-                for (std::size_t k = 0; k < 8; ++k) cell[k] = number_of(nodes[i + k]);
-                if (grouped) regions.push_back(physical.empty() ? 0 : physical[0]);
+            for (std::size_t i = 0; i + place_of.size() <= nodes.size(); i += place_of.size()) {
+                QuadraticHexahedron& cell = cells_.emplace_back();
+                cell.fill(-1);
+                for (std::size_t k = 0; k < place_of.size(); ++k)
+                    cell[place_of[k]] = number_of(nodes[i + k]);
+                if (grouped) cell_regions_.push_back(physical.empty() ? 0 : physical[0]);
             }
         }
-        mesh_ = grid_of_cells(std::move(mesh_), cells, regions, where_);
-        check_tet_mesh(mesh_, where_);
     }
 
     void read_tets() {
@@ -160,7 +174,7 @@ class Reader {
     void read_group(int dimension, int tag) {
         const std::string name = name_of(dimension, tag);
         auto& set = mesh_.node_sets[name];
-        if (dimension == 2 && mesh_.hexahedra.empty()) {
+        if (dimension == 2 && cells_.empty()) {
             auto& triangles = mesh_.triangle_sets[name];
             read_triangles(tag, triangles);
             const auto nodes = nodes_of(triangles);
@@ -198,6 +212,8 @@ class Reader {
     std::string where_;
     double unit_;
     TetMesh mesh_;
+    std::vector<QuadraticHexahedron> cells_;  ///< until the groups are read
+    std::vector<std::int32_t> cell_regions_;
     std::unordered_map<std::size_t, Vector3> places_;
     std::unordered_map<std::size_t, std::int32_t> numbers_;
     std::map<Triangle, Triangle> outwards_;
@@ -272,10 +288,7 @@ TetMesh read_gmsh(const fs::path& path, double metres_per_unit) {
     TetMesh mesh = unpacked_mesh(
         parse_in_child(path, "Gmsh", [&] { return packed(parse(path, metres_per_unit)); }),
         path.string());
-    if (!mesh.hexahedra.empty()) {
-        (void)hex_level_of(mesh, path.string());  // throws unless it is a grid
-        mesh.tets = tets_of_hexahedra(mesh.hexahedra);
-    }
+    divide_hexahedra(mesh, path.string());
     check_tet_mesh(mesh, path.string());
     return mesh;
 }

@@ -9,6 +9,7 @@
 
 #include "base/error.hpp"
 #include "base/together.hpp"
+#include "mesh/grid_of_cells.hpp"
 #include "mesh/hex_grid.hpp"
 
 namespace livetet {
@@ -165,8 +166,7 @@ void read_hexahedra(const hdf5::File& file, const std::string& group, TetMesh& m
     for (const auto& row : RowReader(file).rows<std::int32_t, 8>(group + "/hexahedra"))
         mesh.hexahedra.push_back(reordered(row));
     mesh.shares = file.read<double>(group + "/shares", 1).values;
-    (void)hex_level_of(mesh, where);  // throws unless it is a grid
-    mesh.tets = tets_of_hexahedra(mesh.hexahedra);
+    divide_hexahedra(mesh, where);
     if (!file.has(group + "/regions")) return;
     const auto regions = file.read<std::int32_t>(group + "/regions", 1).values;
     if (regions.size() != mesh.hexahedra.size())
@@ -184,6 +184,11 @@ void write_mesh(hdf5::File& file, const std::string& group, const TetMesh& mesh)
         file.write_parts<std::int32_t>(group + "/tets", flat<std::int32_t>(mesh.tets), 4);
     else
         write_hexahedra(file, group, mesh);
+    if (!mesh.quadratic_hexahedra.empty()) {  // on one rank
+        file.write<std::int32_t>(group + "/quadratic_hexahedra",
+                                 flat<std::int32_t>(mesh.quadratic_hexahedra), 27);
+        if (!mesh.shares.empty()) file.write<double>(group + "/shares", mesh.shares, 1);
+    }
     if (file.sum(mesh.edge_nodes.size()) > 0) {
         // One table with all ten nodes, as XDMF's Tetrahedron_10 requires.
         std::vector<std::int32_t> ten;
@@ -207,7 +212,8 @@ std::size_t bytes_written(const TetMesh& mesh) {
     std::size_t bytes =
         mesh.nodes.size() * sizeof(Vector3) +
         (4 * mesh.tets.size() + 10 * mesh.edge_nodes.size() + mesh.regions.size()) * index +
-        mesh.hexahedra.size() * (sizeof(Hexahedron) + sizeof(double));
+        mesh.hexahedra.size() * (sizeof(Hexahedron) + sizeof(double)) +
+        mesh.quadratic_hexahedra.size() * (sizeof(QuadraticHexahedron) + sizeof(double));
     for (const auto& [name, nodes] : mesh.node_sets) bytes += nodes.size() * index;
     for (const auto& [name, triangles] : mesh.triangle_sets) bytes += 3 * triangles.size() * index;
     return bytes;
@@ -232,6 +238,18 @@ TetMesh read_tets(const RowReader& reader, const std::string& group) {
     if (file.has(group + "/regions"))
         mesh.regions = reader.numbers<std::int32_t>(group + "/regions");
     return mesh;
+}
+
+/// The hexahedra that a mesh's tets are those of.
+void read_quadratic(const hdf5::File& file, const std::string& group, TetMesh& mesh) {
+    const std::string where = fmt::format("{}: {}", file.shown(), group);
+    mesh.quadratic_hexahedra =
+        RowReader(file).rows<std::int32_t, 27>(group + "/quadratic_hexahedra");
+    if (file.has(group + "/shares")) mesh.shares = file.read<double>(group + "/shares", 1).values;
+    const std::vector<Tet> stored = std::move(mesh.tets);
+    divide_hexahedra(mesh, where);
+    if (mesh.tets != stored)
+        fail("{}: its tets are not those of its quadratic_hexahedra, expected 48 of each", where);
 }
 
 /// `nodes`: of the whole mesh.
@@ -287,7 +305,7 @@ HierarchyRows read_rows(const std::filesystem::path& path, std::size_t rank, std
     for (std::size_t l = 0; l < levels; ++l) {
         const std::string group = fmt::format("levels/{}", l),
                           where = fmt::format("{}: {}", file.shown(), group);
-        if (file.has(group + "/hexahedra"))
+        if (file.has(group + "/hexahedra") || file.has(group + "/quadratic_hexahedra"))
             fail("{} ranks: found a mesh of hexahedra in {}, expected tetrahedra", ranks, where);
         const MeshSize size = mine.sizes.emplace_back(size_of(file, group));
         check_counts(file, group, size);
@@ -313,6 +331,7 @@ TetMesh read_mesh(const hdf5::File& file, const std::string& group) {
         read_hexahedra(file, group, mesh);
     } else {
         mesh = read_tets(reader, group);
+        if (file.has(group + "/quadratic_hexahedra")) read_quadratic(file, group, mesh);
     }
     check_tet_mesh(mesh, fmt::format("{}: {}", file.shown(), group));
     read_sets(reader, group, mesh.nodes.size(), mesh);

@@ -18,8 +18,8 @@
 #include "io/parse_in_child.hpp"
 #include "io/vtk_reader.hpp"
 #include "mesh/grid_of_cells.hpp"
-#include "mesh/hex_grid.hpp"
 #include "mesh/packed_mesh.hpp"
+#include "mesh/quadratic_hexahedra.hpp"
 
 namespace livetet {
 
@@ -27,7 +27,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool is_box(int type) { return type == VTK_HEXAHEDRON || type == VTK_VOXEL; }
+bool is_box(int type) {
+    return type == VTK_HEXAHEDRON || type == VTK_VOXEL || type == VTK_QUADRATIC_HEXAHEDRON ||
+           type == VTK_TRIQUADRATIC_HEXAHEDRON;
+}
+
+/// Where each of a VTK cell's nodes stands in a cell of ours, by its place in VTK's own.
+std::vector<int> places_of_nodes(int type) {
+    vtkNew<vtkGenericCell> cell;
+    cell->SetCellType(type);
+    std::vector<int> places;
+    const double* at = cell->GetParametricCoords();
+    for (vtkIdType i = 0; i < cell->GetNumberOfPoints(); ++i, at += 3)
+        places.push_back(quadratic_place(static_cast<int>(std::lround(2 * at[0])),
+                                         static_cast<int>(std::lround(2 * at[1])),
+                                         static_cast<int>(std::lround(2 * at[2]))));
+    return places;
+}
 
 /// Returns whether all volume cells are hexahedra. Throws Error if they are neither these nor all
 /// tets.
@@ -81,7 +97,7 @@ std::int32_t region_of(vtkDataArray* regions, vtkIdType cell, const std::string&
     return static_cast<std::int32_t>(value);
 }
 
-/// A file's tets, or its grid of hexahedra, and their nodes. Tets are not checked.
+/// A file's tets or hexahedra, and their nodes. Tets are not checked.
 template <class Reader>
 TetMesh parse(const fs::path& path, double metres_per_unit) {
     const std::string where = path.string();
@@ -89,7 +105,7 @@ TetMesh parse(const fs::path& path, double metres_per_unit) {
     update_reader(reader.GetPointer(), path);
     vtkUnstructuredGrid* grid = reader->GetOutput();
     check_cells(grid->GetCells(), grid->GetNumberOfPoints(), where);
-    const bool is_grid = has_hexahedra_alone(grid, where);
+    const bool are_hexahedra = has_hexahedra_alone(grid, where);
     vtkDataArray* regions = region_array(grid->GetCellData());
 
     TetMesh mesh;
@@ -101,12 +117,15 @@ TetMesh parse(const fs::path& path, double metres_per_unit) {
         mesh.nodes.push_back(metres_per_unit * Vector3(grid->GetPoint(point)));
         return number;
     };
-    std::vector<Hexahedron> boxes;
+    std::vector<QuadraticHexahedron> boxes;
+    std::map<int, std::vector<int>> places;  // by type
     std::vector<std::int32_t> of_cells;
     for (vtkIdType c = 0; c < grid->GetNumberOfCells(); ++c) {
         const int type = grid->GetCellType(c);
         if (type != VTK_TETRA && !is_box(type)) continue;
-        const vtkIdType expected = type == VTK_TETRA ? 4 : 8;
+        if (is_box(type) && !places.contains(type)) places[type] = places_of_nodes(type);
+        const vtkIdType expected =
+            type == VTK_TETRA ? 4 : static_cast<vtkIdType>(places[type].size());
         vtkIdType count = 0;
         const vtkIdType* points = nullptr;
         grid->GetCellPoints(c, count, points);
@@ -117,13 +136,12 @@ TetMesh parse(const fs::path& path, double metres_per_unit) {
             Tet& tet = mesh.tets.emplace_back();
             for (int k = 0; k < 4; ++k) tet[k] = number_of(points[k]);
         } else {
-            constexpr int round_voxel[8] = {0, 1, 3, 2, 4, 5, 7, 6};
-            Hexahedron& box = boxes.emplace_back();
-            for (int k = 0; k < 8; ++k)
-                box[k] = number_of(points[type == VTK_VOXEL ? round_voxel[k] : k]);
+            QuadraticHexahedron& box = boxes.emplace_back();
+            box.fill(-1);
+            for (vtkIdType k = 0; k < expected; ++k) box[places[type][k]] = number_of(points[k]);
         }
     }
-    if (is_grid) return grid_of_cells(std::move(mesh), boxes, of_cells, where);
+    if (are_hexahedra) return mesh_of_hexahedra(std::move(mesh), std::move(boxes), of_cells, where);
     mesh.regions = std::move(of_cells);
     return mesh;
 }
@@ -152,10 +170,7 @@ TetMesh read_vtu(const fs::path& path, double metres_per_unit) {
                                     : parse<vtkXMLUnstructuredGridReader>(path, metres_per_unit));
     };
     TetMesh mesh = unpacked_mesh(parse_in_child(path, "VTK", parsed), where);
-    if (!mesh.hexahedra.empty()) {
-        (void)hex_level_of(mesh, where);  // throws unless it is a grid
-        mesh.tets = tets_of_hexahedra(mesh.hexahedra);
-    }
+    divide_hexahedra(mesh, where);
     check_tet_mesh(mesh, where);
     return mesh;
 }

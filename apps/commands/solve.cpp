@@ -29,13 +29,14 @@ void check_files(const SolveArguments& arguments, const Scene& scene, bool first
 }
 
 void print_figures(const SceneBody& body, const RunHistory& history, const RunFigures& figures) {
-    const bool is_grid = !body.mesh().hexahedra.empty();
+    const bool has_hexahedra = body.mesh().has_hexahedra();
     const std::size_t levels =
-        is_grid ? static_cast<std::size_t>(body.body->linear_solver().level_count())
-                : body.hierarchy.levels.size();
-    fmt::print("mesh             {}, {} nodes, {}\n",
-               is_grid ? elements_text(body.mesh()) : fmt::format("{} tets", body.tet_count()),
-               body.node_count(), counted(levels, "level"));
+        has_hexahedra ? static_cast<std::size_t>(body.body->linear_solver().level_count())
+                      : body.hierarchy.levels.size();
+    fmt::print(
+        "mesh             {}, {} nodes, {}\n",
+        has_hexahedra ? elements_text(body.mesh()) : fmt::format("{} tets", body.tet_count()),
+        body.node_count(), counted(levels, "level"));
     fmt::print("ranks            {}\n", figures.ranks);
     fmt::print("displacement     {:.4f} mm at most\n", 1e3 * figures.largest_displacement_m);
     fmt::print("solver           {}\n", body.body->linear_solver().name());
@@ -52,7 +53,7 @@ void print_figures(const SceneBody& body, const RunHistory& history, const RunFi
         fmt::print(
             "inverted         {}: stresses there are meaningless; use a finer mesh or a smaller "
             "load\n",
-            counted(figures.inverted_tets, is_grid ? "hexahedron" : "tet"));
+            counted(figures.inverted_tets, has_hexahedra ? "hexahedron" : "tet"));
     for (const std::string& sentence : figures.beyond_model)
         fmt::print("warning          {}\n", sentence);
     for (const auto& [key, force] : figures.forces)

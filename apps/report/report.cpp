@@ -57,7 +57,7 @@ void add_scene(Report& report, const RunResult& result) {
     report.parts = explain_run(result.scene_text, result.source, result.mesh.tets.size(),
                                result.info.levels, result.info.solver, Use::track);
     if (report.parts.empty()) return;
-    if (!result.mesh.hexahedra.empty()) report.parts.clear();  // they are of tetrahedra
+    if (result.mesh.has_hexahedra()) report.parts.clear();  // they are of tetrahedra
     const Scene scene = read_yaml<Scene>(result.scene_text, result.source);
     report.notes = beyond_model(scene, result.mesh, result.displacement(report.deepest_frame));
     if (auto note = locking_note(scene)) report.notes.push_back(std::move(*note));

@@ -203,7 +203,7 @@ SolveReport make_solve_report(const ResultReader& result, const std::filesystem:
                          [&] { return parse_run(result.text("solve")); });
     r.parts = explain_run(r.scene_text, r.source, r.tets, r.run->levels, r.run->solver, Use::solve);
     if (r.parts.empty()) return r;
-    if (!result.mesh().hexahedra.empty()) r.parts.clear();  // they are of tetrahedra
+    if (result.mesh().has_hexahedra()) r.parts.clear();  // they are of tetrahedra
     const Scene scene = read_yaml<Scene>(r.scene_text, r.source);
     r.fixed = fixed_nodes(scene, result.mesh(), source);
     r.beyond_model = beyond_model(scene, result.mesh(), result.displacement(r.largest_frame));

@@ -20,6 +20,7 @@
 #include "io/hierarchy_file.hpp"
 #include "io/text.hpp"
 #include "mesh/quadratic.hpp"
+#include "mesh/quadratic_hexahedra.hpp"
 #include "mesh/refine.hpp"
 #include "solvers/linear/live_support.hpp"
 #include "solvers/parallel/exchange.hpp"
@@ -168,18 +169,25 @@ TetMesh finest_mesh(MPI_Comm comm, const Scene& scene) {
         Scene as_read = scene;
         as_read.mesh.refine = 0;
         MeshHierarchy alone{{std::move(load_mesh(as_read, {}).levels.front())}, {}, {}};
-        finest = std::move(with_refined_levels(std::move(alone), scene.mesh.refine).levels.front());
-        if (scene.elements == Elements::p2) finest = quadratic_mesh(finest);
+        alone = with_refined_levels(std::move(alone), scene.mesh.refine);
+        finest = std::move(in_elements(std::move(alone), scene.elements).levels.front());
     });
     return finest;
 }
 
 void refuse_hexahedra(const MeshHierarchy& hierarchy, const std::string& what) {
-    if (!hierarchy.levels.front().hexahedra.empty())
+    if (hierarchy.levels.front().has_hexahedra())
         fail(
             "{}: found a mesh of hexahedra, expected tetrahedra (hexahedra are for solve, study "
-            "and track on one rank, without elements: P2)",
+            "and, as a grid without elements: P2, track, on one rank)",
             what);
+}
+
+MeshHierarchy in_elements(MeshHierarchy hierarchy, Elements elements) {
+    const TetMesh& finest = hierarchy.levels.front();
+    if (elements == Elements::p1 || !finest.quadratic_hexahedra.empty()) return hierarchy;
+    if (finest.hexahedra.empty()) return with_quadratic_level(std::move(hierarchy));
+    return make_hierarchy({quadratic_grid(finest)}, std::move(hierarchy.provenance));
 }
 
 ElasticModel elastic_model(const Scene& scene) {
@@ -295,10 +303,10 @@ struct TakenMesh {
 /// Of one rank: `hierarchy`, to which the levels refer, gets ten-node tets, and loses the coarser
 /// levels that the solver does not take.
 TakenMesh take_whole(MPI_Comm comm, const Scene& scene, Use use, MeshHierarchy& hierarchy) {
-    if (scene.elements == Elements::p2) {
-        refuse_hexahedra(hierarchy, "elements = P2");
-        hierarchy = with_quadratic_level(std::move(hierarchy));
-    }
+    const bool is_quadratic = !hierarchy.levels.front().quadratic_hexahedra.empty();
+    if (use == Use::track && (is_quadratic || scene.elements == Elements::p2))
+        refuse_hexahedra(hierarchy, is_quadratic ? "track" : "elements = P2");
+    hierarchy = in_elements(std::move(hierarchy), scene.elements);
     const SolverOptions options = solver_options(scene, hierarchy, use);
     if (!takes_levels(options, hierarchy.levels.size())) {
         hierarchy.levels.resize(1);

@@ -242,6 +242,8 @@ MeshHierarchy with_cuts(const Scene& scene, MeshHierarchy hierarchy) {
     const std::string provenance =
         fmt::format("{}; {}", hierarchy.provenance, counted(scene.cuts.size(), "cut"));
     const bool is_grid = !hierarchy.levels.front().hexahedra.empty();
+    if (!hierarchy.levels.front().quadratic_hexahedra.empty())
+        fail("cuts: found hexahedra that are no grid, expected tetrahedra or a grid");
     CutLevels cut = is_grid ? cut_grid(scene, hierarchy.levels.front())
                             : cut_tet_levels(scene, std::move(hierarchy.levels));
     const TetMesh& mesh = cut.levels.front();

@@ -181,7 +181,10 @@ void visit_fields(Visitor& v, Scene& s) {
     v.choice("strain", s.strain, "constitutive model of the materials that name none",
              models_without_keys());
     v.choice(
-        "elements", s.elements, "tetrahedra of four nodes, or of ten on the same mesh",
+        "elements", s.elements,
+        "tetrahedra of four nodes, or of ten on the same mesh; a grid's hexahedra of 8 nodes, or "
+        "of "
+        "27 (`solve` and `study`)",
         {{Elements::p1, "P1", "four nodes, linear displacement"},
          {Elements::p2, "P2",
           "ten nodes, quadratic displacement: accurate in bending and torsion on a coarse mesh"}});

@@ -7,6 +7,7 @@
 #include "geometry/triangle_area.hpp"
 #include "mechanics/gravity_load.hpp"
 #include "mesh/quadratic.hpp"
+#include "mesh/quadratic_faces.hpp"
 
 namespace livetet {
 
@@ -45,6 +46,30 @@ void add_to_half_face(const TetMesh& mesh, const Triangle& t, const Vector3& hal
     for (int i = 0; i < 3; ++i) force[t[i]] += (i == opposite ? 0.5 : 0.25) * half;
 }
 
+void add_to_triangles(const TetMesh& mesh, const LoadOptions& load,
+                      std::span<const Triangle> triangles, std::vector<Vector3>& force) {
+    const auto on = [&](const Vector3& area) -> Vector3 {
+        return load.traction_Pa * area.norm() - load.pressure_Pa * area;
+    };
+    if (!mesh.quadratic_hexahedra.empty()) {
+        const QuadraticFaces faces(mesh, triangles);
+        for (const Triangle& t : triangles)
+            for (const FacePoint& p : faces.points(mesh, t))
+                for (std::size_t i = 0; i < p.nodes.size(); ++i)
+                    force[p.nodes[i]] += p.shares[i] * on(p.area);
+        return;
+    }
+    const EdgeNodes edges(mesh, triangles);
+    for (const Triangle& t : triangles) {
+        const Vector3 area = area_vector(mesh.nodes, t);
+        if (!mesh.hexahedra.empty()) {
+            add_to_half_face(mesh, t, -load.pressure_Pa * area, force);
+            continue;
+        }
+        for (const std::int32_t n : traction_nodes(t, edges)) force[n] += on(area) / 3;
+    }
+}
+
 }  // namespace
 
 std::vector<Vector3> scene_forces(const Scene& scene, const MeshPart& part) {
@@ -58,9 +83,9 @@ std::vector<Vector3> scene_forces(const Scene& scene, const MeshPart& part) {
         const auto count = static_cast<double>(part.count(nodes));
         for (const std::int32_t n : nodes) force[n] += load.force_N / count;
         if (load.pressure_Pa == 0 && load.traction_Pa == Vector3::Zero()) continue;
-        if (!mesh.hexahedra.empty() && load.traction_Pa != Vector3::Zero())
+        if (!mesh.shares.empty() && load.traction_Pa != Vector3::Zero())
             fail(
-                "{}.traction_Pa: found a mesh of hexahedra, whose faces are steps and larger than "
+                "{}.traction_Pa: found a grid of hexahedra, whose faces are steps and larger than "
                 "the body's surface; expected force_N or pressure_Pa",
                 key);
         const std::vector<Triangle> triangles = loaded_triangles(mesh, load, nodes);
@@ -70,16 +95,7 @@ std::vector<Vector3> scene_forces(const Scene& scene, const MeshPart& part) {
         });
         if (part.sum(static_cast<double>(own)) == 0)
             fail("{} selects no whole triangle of the surface for its traction or pressure", key);
-        const EdgeNodes edges(mesh, triangles);
-        for (const Triangle& t : triangles) {
-            const Vector3 area = area_vector(mesh.nodes, t);
-            if (!mesh.hexahedra.empty()) {
-                add_to_half_face(mesh, t, -load.pressure_Pa * area, force);
-                continue;
-            }
-            for (const std::int32_t n : traction_nodes(t, edges))
-                force[n] += (load.traction_Pa * area.norm() - load.pressure_Pa * area) / 3;
-        }
+        add_to_triangles(mesh, load, triangles, force);
     }
     part.take_ghosts(force);  // what acts around a ghost is known to its owner alone
     return force;

@@ -77,8 +77,8 @@ json describe_run(const Scene& scene, const SceneBody& body, const RunHistory& h
                {"reductions", usage.reductions},
                {"profile", json_of(figures.profile)},
                {"steps", history_json(history)}};
-    if (!body.mesh().hexahedra.empty()) {
-        about["hexahedra"] = body.mesh().hexahedra.size();
+    if (const TetMesh& mesh = body.mesh(); mesh.has_hexahedra()) {
+        about["hexahedra"] = mesh.tets.size() / mesh.tets_per_element();
         about["levels"] = body.body->linear_solver().level_count();
     }
     for (const auto& [key, force] : figures.forces)

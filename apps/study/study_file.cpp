@@ -15,6 +15,7 @@
 #include "io/text.hpp"
 #include "io/vector_table.hpp"
 #include "io/xdmf.hpp"
+#include "mesh/mesh_pieces.hpp"
 
 namespace livetet {
 
@@ -48,8 +49,7 @@ class StoredMeshes {
             mesh_identity(scene) + (scene.elements == Elements::p2 ? "P2" : "P1");
         const auto found = frames_.find(key);
         if (found != frames_.end()) return found->second;
-        MeshHierarchy hierarchy = load_mesh(scene, {});
-        if (scene.elements == Elements::p2) hierarchy = with_quadratic_level(std::move(hierarchy));
+        const MeshHierarchy hierarchy = in_elements(load_mesh(scene, {}), scene.elements);
         const TetMesh& mesh = hierarchy.levels.front();
         const std::string group = fmt::format("meshes/{}", frames_.size());
         need_room(file_, bytes_written(mesh));
@@ -57,10 +57,11 @@ class StoredMeshes {
         return frames_[key] = {0,
                                group,
                                mesh.nodes.size(),
-                               mesh.tets.size(),
+                               cell_count(mesh),
                                !mesh.edge_nodes.empty(),
                                !mesh.regions.empty(),
-                               {}};
+                               {},
+                               !mesh.hexahedra.empty()};
     }
 
   private:

@@ -136,6 +136,9 @@ std::unique_ptr<LinearSolver> make_linear_solver(DistributedHierarchy mesh,
     using Role = DisplacementSolver::Role;
     if (!mesh.levels.front().share.hexahedra.empty() && options.kind != SolverKind::live)
         return std::make_unique<HexSolver>(std::move(mesh), model, options);
+    if (!mesh.levels.front().share.quadratic_hexahedra.empty() && options.kind == SolverKind::live)
+        fail(
+            "solver.kind: found live and hexahedra of 27 nodes, expected another kind (automatic)");
     if (resolved_formulation(model) == Formulation::displacement)
         return make_displacement_solver(std::move(mesh), model, options, Role::solver, team);
     if (options.kind == SolverKind::live)

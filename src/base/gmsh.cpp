@@ -256,7 +256,7 @@ ElementType element_type(int type) {
     int dimension = 0, order = 0, nodes = 0, primary = 0;
     LIVETET_GMSH(gmshModelMeshGetElementProperties, type, &name.data, &dimension, &order, &nodes,
                  &places.data, &places.size, &primary);
-    return {name.copy(), order};
+    return {name.copy(), order, {places.data, places.data + places.size}};
 }
 
 // HXT's mesh depends on the order of memory addresses, and the C interface copies the arrays that

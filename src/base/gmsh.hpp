@@ -62,6 +62,7 @@ struct Elements {
 struct ElementType {
     std::string name;
     int order = 0;
+    std::vector<double> places;  ///< of its nodes in the reference element, one after the other
 };
 
 /// Nodes of all entities, each once.

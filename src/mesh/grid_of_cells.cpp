@@ -6,11 +6,13 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "base/error.hpp"
 #include "mesh/hex_grid.hpp"
+#include "mesh/quadratic_hexahedra.hpp"
 
 namespace livetet {
 
@@ -96,44 +98,72 @@ void check_places(std::vector<HexPlace> places, const std::string& where) {
         fail("{}: two hexahedra are at one place, expected each place once", where);
 }
 
-}  // namespace
-
-TetMesh grid_of_cells(TetMesh mesh, std::span<const Hexahedron> cells,
-                      std::span<const std::int32_t> regions, const std::string& where) {
-    if (cells.empty()) fail("{}: has no hexahedra, expected at least one", where);
+/// The grid of cells of 8 nodes; none where these are not those of one. Throws Error for cells that
+/// are no part of any mesh.
+std::optional<PlacedCells> place_cells(const TetMesh& mesh, std::span<const Hexahedron> cells,
+                                       const std::string& where) {
     const Eigen::Matrix3d axes = edges_of(mesh, cells[0]), in_cells = axes.inverse();
     const Vector3 origin = mesh.nodes[cells[0][0]];
     const double min_volume = 1e-9 * std::abs(axes.colwise().norm().prod());
     PlacedCells placed;
     placed.of_nodes.resize(mesh.nodes.size());
     placed.is_used.assign(mesh.nodes.size(), 0);
+    bool is_grid = true;
     for (std::size_t e = 0; e < cells.size(); ++e) {
         const double volume = edges_of(mesh, cells[e]).determinant();
         const Vector3 at = 1e3 * mesh.nodes[cells[e][0]];
         if (!(volume > min_volume))
             fail(
                 "{}: hexahedron {} at ({:.4g}, {:.4g}, {:.4g}) mm has a volume of {:.3g} mm^3 by "
-                "the edges of its first corner, expected a positive one: corners in VTK's order",
+                "the edges of its first corner, expected a positive one: corners round the lower "
+                "face, then the upper one",
                 where, e, at.x(), at.y(), at.z(), 1e9 * volume);
-        if (!place(mesh, cells[e], in_cells, origin, placed))
-            fail(
-                "{}: hexahedron {} at ({:.4g}, {:.4g}, {:.4g}) mm has other edges than the first "
-                "one, expected a grid of equal parallelepipeds",
-                where, e, at.x(), at.y(), at.z());
+        is_grid = is_grid && place(mesh, cells[e], in_cells, origin, placed);
     }
-    check_places(std::move(placed.places), where);
-    if (const double off = fit(mesh, placed); off > 0.01)
-        fail(
-            "{}: a node is {:.2g} of an edge off the grid that fits its hexahedra best, expected a "
-            "grid of equal parallelepipeds",
-            where, off);
-    mesh.hexahedra = std::move(placed.cells);
+    return is_grid ? std::optional(std::move(placed)) : std::nullopt;
+}
+
+bool has_corners_alone(const QuadraticHexahedron& cell) {
+    return std::ranges::count_if(cell, [](std::int32_t n) { return n >= 0; }) == 8;
+}
+
+}  // namespace
+
+TetMesh mesh_of_hexahedra(TetMesh mesh, std::vector<QuadraticHexahedron> cells,
+                          std::span<const std::int32_t> regions, const std::string& where) {
+    if (cells.empty()) fail("{}: has no hexahedra, expected at least one", where);
+    if (!std::ranges::all_of(cells, has_corners_alone))
+        return quadratic_hexahedra(std::move(mesh), std::move(cells), regions, where);
+    std::vector<Hexahedron> corners;
+    for (const QuadraticHexahedron& cell : cells)
+        corners.push_back({cell[quadratic_corner(0)], cell[quadratic_corner(1)],
+                           cell[quadratic_corner(3)], cell[quadratic_corner(2)],
+                           cell[quadratic_corner(4)], cell[quadratic_corner(5)],
+                           cell[quadratic_corner(7)], cell[quadratic_corner(6)]});
+    std::optional<PlacedCells> placed = place_cells(mesh, corners, where);
+    constexpr double max_off = 0.01;  // of an edge
+    const std::vector<Vector3> as_read = mesh.nodes;
+    if (!placed || fit(mesh, *placed) > max_off) {
+        mesh.nodes = as_read;
+        return quadratic_hexahedra(std::move(mesh), std::move(cells), regions, where);
+    }
+    check_places(std::move(placed->places), where);
+    mesh.hexahedra = std::move(placed->cells);
     mesh.shares.assign(cells.size(), 1);
-    (void)hex_level_of(mesh, where);  // throws unless it is a grid
-    mesh.tets = tets_of_hexahedra(mesh.hexahedra);
+    divide_hexahedra(mesh, where);
     for (const std::int32_t region : regions)
         mesh.regions.insert(mesh.regions.end(), tets_per_hexahedron, region);
     return mesh;
+}
+
+void divide_hexahedra(TetMesh& mesh, const std::string& where) {
+    if (!mesh.hexahedra.empty()) {
+        (void)hex_level_of(mesh, where);  // throws unless it is a grid
+        mesh.tets = tets_of_hexahedra(mesh.hexahedra);
+    } else if (!mesh.quadratic_hexahedra.empty()) {
+        check_quadratic_mesh(mesh, where);
+        mesh.tets = tets_of_quadratic(mesh.quadratic_hexahedra);
+    }
 }
 
 }  // namespace livetet

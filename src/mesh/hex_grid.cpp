@@ -199,6 +199,8 @@ std::vector<Tet> tets_of_hexahedra(std::span<const Hexahedron> hexahedra) {
 }
 
 std::string elements_text(const TetMesh& mesh) {
+    if (!mesh.quadratic_hexahedra.empty())
+        return fmt::format("{} hexahedra of 27 nodes", mesh.quadratic_hexahedra.size());
     return mesh.hexahedra.empty() ? fmt::format("{} tets", mesh.tets.size())
                                   : fmt::format("{} hexahedra", mesh.hexahedra.size());
 }

@@ -41,6 +41,7 @@ std::vector<char> packed(const TetMesh& mesh) {
     packer.add(mesh.regions);
     packer.add(mesh.hexahedra);
     packer.add(mesh.shares);
+    packer.add(mesh.quadratic_hexahedra);
     add_sets(packer, mesh.node_sets);
     add_sets(packer, mesh.triangle_sets);
     return packer.take_bytes();
@@ -54,6 +55,7 @@ TetMesh unpacked_mesh(std::span<const char> bytes, const std::string& who) {
     mesh.regions = unpacker.take<std::int32_t>();
     mesh.hexahedra = unpacker.take<Hexahedron>();
     mesh.shares = unpacker.take<double>();
+    mesh.quadratic_hexahedra = unpacker.take<QuadraticHexahedron>();
     take_sets(unpacker, mesh.node_sets);
     take_sets(unpacker, mesh.triangle_sets);
     unpacker.finish();

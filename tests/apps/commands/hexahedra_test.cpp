@@ -11,6 +11,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "apps/verification/meshes.hpp"
+#include "io/hdf5.hpp"
 #include "io/hierarchy_file.hpp"
 #include "io/image_file.hpp"
 #include "io/result_file.hpp"
@@ -67,6 +69,116 @@ TEST(Hexahedra, ABarIsPulledAsItsLawSays) {
     const auto about = nlohmann::json::parse(text_of(folder / "out.json"));
     EXPECT_EQ(about["hexahedra"], 320);
     EXPECT_NE(text_of(folder / "out.xdmf").find("Hexahedron"), std::string::npos);
+}
+
+/// The same in hexahedra of 27 nodes, by displacements and, nearly incompressible, in the mixed
+/// form.
+TEST(Hexahedra, AGridIsPulledInElementsOfOrderTwo) {
+    const Folder folder;
+    write_bar(folder / "bar.nii.gz");
+    ASSERT_EQ(livetet(folder, "mesh bar.nii.gz --cells hexahedra --tets 100 -o bar.h5").status, 0);
+    for (const double nu : {0.3, 0.4999}) {
+        std::string scene = fmt::format(fmt::runtime(pulled), "linear") + "elements: P2\n";
+        scene.replace(scene.find("poisson: 0.3"), 12, fmt::format("poisson: {}", nu));
+        write_text(folder / "scene.yaml", scene);
+        const auto run = livetet(folder, "solve scene.yaml");
+        ASSERT_EQ(run.status, 0) << run.err;
+        EXPECT_NE(run.out.find("hexahedra of 27 nodes"), std::string::npos) << run.out;
+        const ResultReader result(folder / "out.h5");
+        const TetMesh& mesh = result.mesh();
+        EXPECT_EQ(mesh.quadratic_hexahedra.size(),
+                  read_hierarchy(folder / "bar.h5").levels.front().hexahedra.size());
+        const auto u = result.displacement(0);
+        for (std::size_t n = 0; n < u.size(); ++n)
+            EXPECT_NEAR(u[n].x(), 0.05 * (mesh.nodes[n].x() - 2e-3), 1e-8);
+        const auto stress = result.field("stress", 0, 9);
+        ASSERT_EQ(stress.size(), 9 * mesh.tets.size());
+        for (std::size_t e = 0; e < mesh.tets.size(); ++e) EXPECT_NEAR(stress[9 * e], 250, 2e-2);
+        EXPECT_NE(text_of(folder / "out.xdmf").find("Tetrahedron"), std::string::npos);
+    }
+}
+
+/// A study's pictures are of the tables that its file has.
+TEST(Hexahedra, AStudyNamesTheTablesOfItsMesh) {
+    const Folder folder;
+    write_bar(folder / "bar.nii.gz");
+    ASSERT_EQ(livetet(folder, "mesh bar.nii.gz --cells hexahedra --tets 100 -o bar.h5").status, 0);
+    write_text(folder / "scene.yaml", fmt::format(fmt::runtime(pulled), "linear"));
+    write_text(folder / "study.yaml",
+               "scene: scene.yaml\nvary: [{key: elements, values: [P1, P2]}]\n"
+               "plots: []\n");
+    const auto run = livetet(folder, "study study.yaml");
+    ASSERT_EQ(run.status, 0) << run.err;
+    const std::string xdmf = text_of(folder / "study.xdmf");
+    const hdf5::File file = hdf5::File::open(folder / "study.h5");
+    for (const char* table : {"meshes/0/hexahedra", "meshes/1/tets"}) {
+        EXPECT_NE(xdmf.find(std::string("study.h5:/") + table), std::string::npos) << xdmf;
+        EXPECT_TRUE(file.has(table)) << table;
+    }
+    EXPECT_EQ(xdmf.find("meshes/0/tets"), std::string::npos);
+}
+
+/// A quarter of a tube under pressure from within, its ends held: 0.05 <= r <= 0.1 m.
+const std::string tube = R"(
+mesh: {{file: tube.h5}}
+strain: linear
+materials: [{{young_Pa: 5000, poisson: {}}}]
+fix: [{{group: x0, components: x}}, {{group: y0, components: y}},
+      {{group: z0, components: z}}, {{group: z1, components: z}}]
+loads: [{{group: inner, pressure_Pa: 100}}]
+output: {{file: out.h5}}
+)";
+
+TetMesh bent_tube() {
+    return verification::bent_hexahedra(verification::cylinder_quarter(0.05, 0.1, 0.02, 4, 8, 2),
+                                        {4, 8, 2});
+}
+
+/// Lame: u_r = (1 + nu) p a^2 / (E (b^2 - a^2)) ((1 - 2 nu) r + b^2 / r), on 8 hexahedra.
+TEST(Hexahedra, ABentTubeWidensAsLameSays) {
+    const Folder folder;
+    write_hierarchy(folder / "tube.h5", make_hierarchy({bent_tube()}, "tube"));
+    for (const double nu : {0.3, 0.4999}) {
+        write_text(folder / "scene.yaml", fmt::format(fmt::runtime(tube), nu));
+        const auto run = livetet(folder, "solve scene.yaml");
+        ASSERT_EQ(run.status, 0) << run.err;
+        const ResultReader result(folder / "out.h5");
+        const auto u = result.displacement(0);
+        const double a = 0.05, b = 0.1, scale = (1 + nu) * 100 * a * a / (5000 * (b * b - a * a));
+        for (std::size_t n = 0; n < u.size(); ++n) {
+            const Vector3& x = result.mesh().nodes[n];
+            const double r = x.head<2>().norm();
+            const Vector3 exact =
+                scale * ((1 - 2 * nu) + b * b / (r * r)) * Vector3(x.x(), x.y(), 0);
+            EXPECT_LT((u[n] - exact).norm(), 3e-3 * scale * 3 * a) << nu << " " << x.transpose();
+        }
+    }
+}
+
+TEST(Hexahedra, WhatBentOnesCannotHaveIsRefused) {
+    const Folder folder;
+    TetMesh mesh = bent_tube();
+    write_hierarchy(folder / "tube.h5", make_hierarchy({mesh}, "tube"));
+    const std::string scene = fmt::format(fmt::runtime(tube), 0.3);
+    const auto refused = [&](const std::string& command, const std::string& more,
+                             std::initializer_list<std::string> words) {
+        write_text(folder / "scene.yaml", scene + more);
+        test::expect_refused(livetet(folder, command), words);
+    };
+    refused("solve scene.yaml", "cuts: [{point_mm: [75, 0, 10], normal: [0, 0, 1]}]\n",
+            {"cuts: found hexahedra that are no grid"});
+    refused("solve scene.yaml", "solver: {kind: live}\n",
+            {"solver.kind: found live and hexahedra of 27 nodes"});
+    refused("explain scene.yaml", "", {"found a mesh of hexahedra"});
+    // A file whose cells are turned over, and one whose tets are not theirs.
+    std::swap(mesh.quadratic_hexahedra[2][0], mesh.quadratic_hexahedra[2][2]);
+    write_hierarchy(folder / "tube.h5", make_hierarchy({mesh}, "tube"));
+    test::expect_refused(livetet(folder, "solve scene.yaml"),
+                         {"tube.h5: levels/0: hexahedron 2 is flat or turned over"});
+    std::swap(mesh.quadratic_hexahedra[2][0], mesh.quadratic_hexahedra[2][2]);
+    std::swap(mesh.quadratic_hexahedra[1], mesh.quadratic_hexahedra[2]);
+    write_hierarchy(folder / "tube.h5", make_hierarchy({mesh}, "tube"));
+    test::expect_refused(livetet(folder, "solve scene.yaml"), {"expected 48 of each"});
 }
 
 /// A grid in Gmsh's text format, mm.
@@ -131,10 +243,9 @@ TEST(Hexahedra, OtherCommandsRefuseThemInOneLine) {
     write_bar(folder / "bar.nii.gz");
     ASSERT_EQ(livetet(folder, "mesh bar.nii.gz --cells hexahedra --tets 400 -o bar.h5").status, 0);
     write_text(folder / "scene.yaml", fmt::format(fmt::runtime(pulled), "linear"));
-    write_text(folder / "p2.yaml", fmt::format(fmt::runtime(pulled), "linear") + "elements: P2\n");
-    for (const char* command : {"explain scene.yaml", "solve p2.yaml",
-                                "mesh bar.nii.gz --cells hexahedra --levels 3 -o o.h5",
-                                "mesh bar.nii.gz --cells hexahedra --inside-growth 2 -o o.h5"}) {
+    for (const char* command :
+         {"explain scene.yaml", "mesh bar.nii.gz --cells hexahedra --levels 3 -o o.h5",
+          "mesh bar.nii.gz --cells hexahedra --inside-growth 2 -o o.h5"}) {
         const auto run = livetet(folder, command);
         EXPECT_EQ(run.status, 2) << command;
         EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
