@@ -157,7 +157,7 @@ void ErrorStatement::find_terms(const PoseErrors& poses,
     }
 }
 
-void ErrorStatement::find_missing(const PoseErrors& poses) {
+void ErrorStatement::find_missing(const PoseErrors& poses, const SolveErrors& solve) {
     using enum ErrorSource;
     ErrorSources& missing = statement_.missing;
     missing = {};
@@ -179,27 +179,28 @@ void ErrorStatement::find_missing(const PoseErrors& poses) {
     if (responses().lacking().materials) add({materials});
     if (responses().lacking().fixed) add({fixed});
     if (has_forces_) add({materials, fixed, elements, law});
+    if (solve.has_turned_elements) add({elements, law});
+    if (!solve.linear) add({solver});
     statement_.computed = responses().share_done();
 }
 
 const FrameStatement& ErrorStatement::update(const PoseErrors& poses,
                                              std::span<const SensorPatch* const> patches,
                                              std::span<const Vector3> displacement,
-                                             std::optional<double> solver_error) {
+                                             const SolveErrors& solve) {
     find_terms(poses, patches);
-    find_missing(poses);
-    if (!solver_error) statement_.missing.add(ErrorSource::solver);
+    find_missing(poses, solve);
+    const double solver_error = solve.linear.value_or(0);
     std::size_t place = 0;
     for (std::size_t t = 0; t < targets_.size(); ++t) {
         TargetStatement& worst = statement_.targets[t];
         for (std::size_t k = 0; k < targets_[t].places.size(); ++k, ++place) {
             const TargetStatement here =
-                state(place, poses, on_mesh_.sampler.sample(place, displacement),
-                      solver_error.value_or(0));
+                state(place, poses, on_mesh_.sampler.sample(place, displacement), solver_error);
             if (k == 0 || here.radius_95 > worst.radius_95) worst = here;
         }
     }
-    renew_surface(poses, displacement, solver_error.value_or(0));
+    renew_surface(poses, displacement, solver_error);
     return statement_;
 }
 

@@ -93,6 +93,13 @@ struct PoseErrors {
     bool is_unknown_elsewhere = false;
 };
 
+/// What it needs to know of the frame's solve.
+struct SolveErrors {
+    std::optional<double>
+        linear{};  ///< of its linear solve, m, RMS over the nodes; none: not known
+    bool has_turned_elements = false;  ///< so that linear responses do not explain what it gave
+};
+
 /// So many frames renew all places of the surface: a place takes some microseconds.
 inline constexpr std::size_t surface_turns = 6;
 
@@ -139,12 +146,10 @@ class ErrorStatement {
     bool work() { return on_mesh_.responses.work(); }
 
     /// States the errors of a frame, and those of the surface's places whose turn it is.
-    /// `patches`: those of the last `start`, in the same order. `solver_error`: of the frame's
-    /// linear solve, m, RMS over the nodes; none: not known. Allocates nothing.
+    /// `patches`: those of the last `start`, in the same order. Allocates nothing.
     const FrameStatement& update(const PoseErrors& poses,
                                  std::span<const SensorPatch* const> patches,
-                                 std::span<const Vector3> displacement,
-                                 std::optional<double> solver_error);
+                                 std::span<const Vector3> displacement, const SolveErrors& solve);
 
     const std::vector<Target>& targets() const { return targets_; }
     const TargetResponses& responses() const { return on_mesh_.responses; }
@@ -162,7 +167,7 @@ class ErrorStatement {
         bool is_firm = true;                              ///< not held by springs meanwhile
     };
     void find_terms(const PoseErrors& poses, std::span<const SensorPatch* const> patches);
-    void find_missing(const PoseErrors& poses);
+    void find_missing(const PoseErrors& poses, const SolveErrors& solve);
     void renew_surface(const PoseErrors& poses, std::span<const Vector3> displacement,
                        double solver_error);
     /// `place`: index in the places of responses_.

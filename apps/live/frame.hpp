@@ -44,6 +44,7 @@ struct FrameState {
     std::optional<HandPull> pull{};
     std::shared_ptr<const CutMesh> cut{};  ///< the frame's mesh; none: as it was loaded
     FrameStatement statement;
+    std::size_t turned_elements = 0;  ///< as TurnedElements counts them
     StepReport step;
     double sensor_s = 0;     ///< time from sample to constraints
     double output_s = 0;     ///< time to read the displacement

@@ -79,6 +79,9 @@ std::string followed_text(const PublishedFrame& a, std::string_view separator) {
     const std::vector<std::string> sensors = sensor_texts(a);
     if (!sensors.empty()) text += fmt::format("{}{}", separator, fmt::join(sensors, ", "));
     if (!a.frame.step.converged) text += fmt::format("{}not converged", separator);
+    if (a.frame.turned_elements > 0)
+        text +=
+            fmt::format("{}{} turned over", separator, counted(a.frame.turned_elements, "element"));
     return text;
 }
 
@@ -181,6 +184,7 @@ std::vector<igtl::Message> FrameMessages::operator()(const PublishedFrame& a, do
                   {"sensors", sensors},
                   {"poses", json_of(pose_qualities(a.tools, frame))},
                   {"iterations", frame.step.iterations},
+                  {"turned_elements", frame.turned_elements},
                   {"error_estimate_mm", 1e3 * frame.step.linear_error}};
     if (frame.cut)
         about["cuts"] = {{"openings", frame.cut->openings},

@@ -208,6 +208,7 @@ void Recorder::write_frame(const KeptFrame& kept) {
     value("press_mm", 1e3 * f.press);
     value("registration_status", static_cast<double>(f.registration));
     value("converged", f.step.converged);
+    value("turned_elements", static_cast<double>(f.turned_elements));
     // Number of sensors in each state: placing, following, returning, holding, releasing, released.
     // A replay needs them, too.
     std::vector<double> sensors(static_cast<int>(DriveStatus::released) + 1, 0);

@@ -47,6 +47,7 @@ RunFrame read_frame(const ResultReader& reader, const std::vector<std::string>& 
     frame.registration_held = is(RegistrationStatus::held);
     frame.registration_lost = is(RegistrationStatus::lost);
     frame.converged = value("converged") != 0;
+    frame.turned_elements = value_if_any("turned_elements").value_or(0);
     if (std::find(names.begin(), names.end(), "sensors") != names.end()) {
         const std::vector<double> counts = reader.values("sensors", k, 6);
         std::copy_n(counts.begin(), 6, frame.sensors.emplace().begin());

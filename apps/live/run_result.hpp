@@ -37,7 +37,8 @@ struct RunFrame {
     double press_mm = 0;     ///< length of the patch's displacement
     bool registration_held = false, registration_lost = false;
     bool converged = true;
-    FrameStatement statement;  ///< without targets if the scene has none
+    double turned_elements = 0;  ///< see FrameState; 0 in older files
+    FrameStatement statement;    ///< without targets if the scene has none
     /// Number of sensors in each DriveStatus; missing in the oldest files.
     std::optional<std::array<double, 6>> sensors;
     std::uint64_t slipped = 0;  ///< see slipped_sensors

@@ -46,7 +46,8 @@ TrackedBody::TrackedBody(const Scene& scene, SceneBody& body, ToolFinder find_to
       reference_follower_(pose_follower_options(*scene.track)),
       registration_(image_from_reference, scene.track->hold_s),
       constraints_(body.mesh().nodes.size()),
-      surface_(surface_nodes(body.mesh())) {
+      surface_(surface_nodes(body.mesh())),
+      turned_(body.mesh()) {
     driven_.slot.assign(body.mesh().nodes.size(), -1);
     SceneChange whole = prepare_change(scene_, body_.mesh());
     scene_constraints_.emplace(std::move(whole.constraints));
@@ -165,6 +166,8 @@ const Frame& TrackedBody::advance(const TrackerSample& sample, FrameLimits limit
     body_.body->displacement(frame_.displacement);
     frame_.output_s = seconds_since(stepped);
     const auto read = Clock::now();
+    turned_.look(body_.mesh(), frame_.displacement);
+    frame_.turned_elements = turned_.count();
     state_errors_of_frame();
     frame_.statement_s = seconds_since(read);
     tail_s_ = std::max(0.95 * tail_s_, frame_.step.finish_s + frame_.output_s + frame_.statement_s);

@@ -14,6 +14,7 @@
 #include "apps/live/pose_quality.hpp"
 #include "apps/scene/body_factory.hpp"
 #include "mesh/mesh_pieces.hpp"
+#include "mesh/turned_elements.hpp"
 #include "tracking/live_registration.hpp"
 #include "tracking/pose_follower.hpp"
 #include "tracking/sample.hpp"
@@ -228,6 +229,7 @@ class TrackedBody {
     std::vector<ShownTool> shown_;
     std::vector<RigidTransform<Tool, Tip>> tips_;  ///< of the shown tools
     std::vector<std::int32_t> surface_;            ///< nodes on the surface of the mesh
+    TurnedElements turned_;                        ///< looked at in each frame
     Driven driven_;
     std::optional<Settling> settling_;
     double tail_s_ = 0;  ///< time a frame needs after its last solve: recent maximum

@@ -43,9 +43,9 @@ void TrackedBody::state_errors_of_frame() {
     if (renew_patches()) stating_.statement->start(stating_.patches, stating_.fix);
     const auto& reference = reference_follower_.used();
     const bool is_valid = frame_.registration == RegistrationStatus::valid;
-    std::optional<double> solver_error;
+    SolveErrors solve{.has_turned_elements = frame_.turned_elements > 0};
     if (body_.body->linear_solver().kind() == SolverKind::live && frame_.step.converged)
-        solver_error = frame_.step.linear_error;
+        solve.linear = frame_.step.linear_error;
     frame_.statement = stating_.statement->update(
         {.reference = reference && is_valid ? &*reference : nullptr,
          .image_from_reference = registration_.image_from_reference(),
@@ -53,7 +53,7 @@ void TrackedBody::state_errors_of_frame() {
          .is_unknown_elsewhere =
              sensors_.empty() || settling_.has_value() ||
              !std::ranges::all_of(sensors_, [&](const Sensor& s) { return has_response(s); })},
-        stating_.patches, frame_.displacement, solver_error);
+        stating_.patches, frame_.displacement, solve);
 }
 
 }  // namespace livetet

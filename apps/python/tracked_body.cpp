@@ -191,6 +191,10 @@ void bind_frame(py::module_& module) {
             "report", [](const PyFrame& f) { return f.state.step; },
             "Iterations, convergence, estimate of the solver's error.")
         .def_property_readonly(
+            "turned_elements", [](const PyFrame& f) { return f.state.turned_elements; },
+            "Elements that the displacement turned over when they were last looked at (2048 a "
+            "step): near them it means nothing.")
+        .def_property_readonly(
             "press", [](const PyFrame& f) { return f.state.press; },
             "Displacement of the most displaced sensor, m.")
         .def_property_readonly(

@@ -28,6 +28,7 @@ FrameStatistics frame_statistics(const RunResult& result) {
         s.over_budget += frame.frame_ms > result.info.budget_ms;
         s.cut_short += frame.cut_short;
         s.not_converged += !frame.converged;
+        s.turned_over += frame.turned_elements > 0;
         s.registration_held += frame.registration_held;
         s.registration_lost += frame.registration_lost;
     }

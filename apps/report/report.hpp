@@ -17,11 +17,12 @@
 namespace livetet {
 
 /// Times of the kept frames, ms, and how they ended. `over_budget`: frames slower than the run's
-/// budget; `cut_short`: frames whose solve it stopped; `ahead_ms`: by how much poses were
+/// budget; `cut_short`: frames whose solve it stopped; `turned_over`: frames with elements that
+/// were turned over; `ahead_ms`: by how much poses were
 /// extrapolated, of the frames with any. Values that were not recorded have an empty distribution.
 struct FrameStatistics {
-    std::size_t kept = 0, over_budget = 0, cut_short = 0, not_converged = 0, registration_held = 0,
-                registration_lost = 0;
+    std::size_t kept = 0, over_budget = 0, cut_short = 0, not_converged = 0, turned_over = 0,
+                registration_held = 0, registration_lost = 0;
     Distribution frame_ms, sensor_ms, forces_ms, operator_ms, solve_ms, finish_ms, output_ms,
         statement_ms, ahead_ms, iterations;
     Distribution error_estimate_mm;  ///< of each frame's estimate of its own remaining error, RMS

@@ -27,6 +27,7 @@ ordered_json frames_json(const Report& r) {
                         {"over_budget", f.over_budget},
                         {"cut_short", f.cut_short},
                         {"not_converged", f.not_converged},
+                        {"turned_over", f.turned_over},
                         {"registration_held", f.registration_held},
                         {"registration_lost", f.registration_lost},
                         {"poses", json_of(r.run.poses)},

@@ -67,11 +67,12 @@ std::string frames_html(const Report& r) {
     return s.end(fmt::format(
         "{} of {} samples computed, {} missed, {} not kept; {} took longer than {:g} ms "
         "({}), {} cut short by it or by solver.max_iterations; "
-        "{} did not converge. The error estimate, RMS over the nodes, is the error of the frame's "
+        "{} did not converge; {} had elements that were turned over. The error estimate, RMS over "
+        "the nodes, is the error of the frame's "
         "last linear solve; not of linearisation, discretisation or registration.",
         r.run.frames, r.run.samples, r.run.missed, r.run.not_kept, counted(f.over_budget, "frame"),
         r.run.budget_ms, r.run.budget_given ? "track.budget" : "the time between samples",
-        f.cut_short, f.not_converged));
+        f.cut_short, f.not_converged, f.turned_over));
 }
 
 std::string sensors_html(const Report& r) {

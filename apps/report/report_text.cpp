@@ -41,6 +41,13 @@ std::string budget_verdict(const Report& r) {
     return text + ".";
 }
 
+std::string turned_verdict(const Report& r) {
+    return fmt::format(
+        "Elements: some were turned over in {} kept frames: displacements near them mean nothing. "
+        "A press may be too deep for the mesh or the time scheme.",
+        share_of_frames(r, r.frames.turned_over));
+}
+
 std::string placing_verdict(const Report& r) {
     return fmt::format(
         "Sensors: {} of {} NOT placed at the end, so the organ did not follow: a sensor is placed "
@@ -155,6 +162,9 @@ std::string frames_text(const Report& r) {
                                    f.registration_lost));
     if (const std::string lags = lags_text(r.run.poses); !lags.empty())
         out += report_line("poses lag", lags);
+    if (f.turned_over > 0)
+        out += report_line("turned over",
+                           "elements in " + share_of_frames(r, f.turned_over) + " kept frames");
     return out + report_line("not converged", counted(f.not_converged, "frame"));
 }
 
@@ -215,6 +225,7 @@ std::string truth_text(const TargetErrors& t) {
 std::vector<std::string> verdicts(const Report& report) {
     std::vector<std::string> sentences{frames_verdict(report)};
     if (report.run.budget_given) sentences.push_back(budget_verdict(report));
+    if (report.frames.turned_over > 0) sentences.push_back(turned_verdict(report));
     if (report.unplaced > 0) sentences.push_back(placing_verdict(report));
     if (report.slips > 0) sentences.push_back(slip_verdict(report));
     if (report.run.cuts) sentences.push_back(cuts_verdict(*report.run.cuts));

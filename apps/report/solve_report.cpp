@@ -238,7 +238,8 @@ std::vector<std::string> verdicts(const SolveReport& r) {
             sentences.push_back(fmt::format(
                 "{} {} inverted at the end: stresses there are meaningless; use a finer "
                 "mesh or a smaller load.",
-                counted(r.run->inverted_tets, "tet"), r.run->inverted_tets == 1 ? "is" : "are"));
+                counted(r.run->inverted_tets, "element"),
+                r.run->inverted_tets == 1 ? "is" : "are"));
         if (time_error_mm > 0)
             sentences.push_back(
                 fmt::format("Estimated error of a time step: at most {:.3g} mm.", time_error_mm));

@@ -157,7 +157,8 @@ TEST(Solve, TetsInsideOutAreCountedAndTold) {
                   std::string::npos)
             << outcome.out;
         const auto report = livetet(folder, "report result.h5");
-        EXPECT_NE(report.out.find(std::to_string(count) + " tets are inverted"), std::string::npos)
+        EXPECT_NE(report.out.find(std::to_string(count) + " elements are inverted"),
+                  std::string::npos)
             << report.out << report.err;
     }
 }

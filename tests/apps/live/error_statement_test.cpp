@@ -96,7 +96,7 @@ struct Stated {
                                  const ExpectedRegistrationError* registration = nullptr,
                                  std::optional<double> solver_error = 1e-5) {
         const SensorPatch* patches[] = {f.patch.get()};
-        return statement.update(f.poses(registration), patches, still, solver_error);
+        return statement.update(f.poses(registration), patches, still, {solver_error});
     }
 };
 
@@ -145,7 +145,7 @@ TEST(ErrorStatement, SensorsThatArePlacedTogetherShareTheReferencesError) {
     while (two.statement.work()) {
     }
     const FrameStatement& of_one = one.update(f);
-    const FrameStatement& of_two = two.statement.update(f.poses(nullptr), both, two.still, 1e-5);
+    const FrameStatement& of_two = two.statement.update(f.poses(nullptr), both, two.still, {1e-5});
     for (std::size_t i = 0; i < 2; ++i) {
         const TargetStatement &a = of_one.targets[i], &b = of_two.targets[i];
         const double reference = by(a, ErrorSource::reference), own = by(a, ErrorSource::sensors);
@@ -241,6 +241,10 @@ TEST(ErrorStatement, WhatIsNotKnownIsMissingAndNeverLeftUnsaid) {
     EXPECT_FALSE(known.missing.has(ErrorSource::solver));
     EXPECT_NEAR(by(known.targets[0], ErrorSource::solver), 1e-10, 1e-16);
     EXPECT_TRUE(s.update(f, nullptr, std::nullopt).missing.has(ErrorSource::solver));
+    const FrameStatement turned = s.statement.update(f.poses(nullptr), patches, s.still,
+                                                     {.linear = 1e-5, .has_turned_elements = true});
+    EXPECT_TRUE(turned.missing.has(ErrorSource::elements));
+    EXPECT_TRUE(turned.missing.has(ErrorSource::law));
     // the sensor is lost: where it is now is a guess
     for (int k = 0; k < 10; ++k)
         f.patch->follow(100 + 0.025 * k, {}, RigidTransform<Tracker, Reference>{},
@@ -248,8 +252,8 @@ TEST(ErrorStatement, WhatIsNotKnownIsMissingAndNeverLeftUnsaid) {
     const FrameStatement lost = s.update(f);
     EXPECT_TRUE(lost.missing.has(ErrorSource::sensors));
     const PoseErrors no_reference{nullptr, f.image_from_reference};
-    EXPECT_TRUE(
-        s.statement.update(no_reference, patches, s.still, 0).missing.has(ErrorSource::reference));
+    EXPECT_TRUE(s.statement.update(no_reference, patches, s.still, {0})
+                    .missing.has(ErrorSource::reference));
 }
 
 /// A block with a target at each of its surface's places whose coordinates survive the change of
@@ -277,7 +281,7 @@ struct StatedSurface {
     ErrorStatement statement() const { return {block.scene, block.hierarchy, block.mesh()}; }
     const FrameStatement& update(ErrorStatement& statement, const Followed& f) const {
         const SensorPatch* patches[] = {f.patch.get()};
-        return statement.update(f.poses(&error), patches, displacement, 1e-5);
+        return statement.update(f.poses(&error), patches, displacement, {1e-5});
     }
     void start(ErrorStatement& statement, const Followed& f) const {
         const SensorPatch* patches[] = {f.patch.get()};
@@ -365,7 +369,7 @@ TEST(ErrorStatement, WithoutTheSurfaceTargetsAreTheSame) {
     while (without.work()) {
     }
     const FrameStatement& whole = s.update(f);
-    const FrameStatement& alone = without.update(f.poses(nullptr), patches, s.still, 1e-5);
+    const FrameStatement& alone = without.update(f.poses(nullptr), patches, s.still, {1e-5});
     EXPECT_TRUE(alone.surface.radius_95.empty());
     EXPECT_FALSE(whole.surface.radius_95.empty());
     ASSERT_EQ(alone.targets.size(), whole.targets.size());

@@ -205,7 +205,7 @@ class BlockStatement {
                               const std::vector<Vector3>& displacement = {},
                               std::optional<double> solver_error = {}) {
         return statement_.update(poses, patches, displacement.empty() ? still_ : displacement,
-                                 solver_error);
+                                 {solver_error});
     }
 
   private:

@@ -95,11 +95,13 @@ TEST(Report, CountsFramesOverBudgetMissedHeldAndNotConverged) {
     }
     result.frames[3].frame_ms = 101;
     result.frames[5].converged = false;
+    result.frames[4].turned_elements = 2;
     result.frames[6].registration_held = true;
     const Report report = make_report(result);
     EXPECT_EQ(report.run.missed, 7U);
     EXPECT_EQ(report.frames.over_budget, 1U);
     EXPECT_EQ(report.frames.not_converged, 1U);
+    EXPECT_EQ(report.frames.turned_over, 1U);
     EXPECT_EQ(report.frames.registration_held, 1U);
     EXPECT_EQ(report.frames.frame_ms.worst, 101);
     EXPECT_DOUBLE_EQ(report.frames.frame_ms.median, 21);  // 3 went to the top
