@@ -5,13 +5,14 @@
 #include <map>
 #include <string>
 #include <unordered_map>
+#include <utility>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
 #include "base/gmsh.hpp"
 #include "io/parse_in_child.hpp"
 #include "io/text.hpp"
-#include "mesh/grid_of_cells.hpp"
+#include "mesh/mesh_of_hexahedra.hpp"
 #include "mesh/packed_mesh.hpp"
 #include "mesh/quadratic_hexahedra.hpp"
 
@@ -25,6 +26,8 @@ using gmsh::Tags;
 constexpr int triangle_type = 2, tet_type = 4;
 /// Of 8, 20 and 27 nodes.
 constexpr int hexahedron_types[] = {5, 17, 12};
+/// Of 4, 8 and 9 nodes.
+constexpr std::pair<int, std::size_t> quadrangle_types[] = {{3, 4}, {16, 8}, {10, 9}};
 
 /// The first error that Gmsh logged; empty if there was none.
 std::string first_error() {
@@ -174,6 +177,7 @@ class Reader {
     void read_group(int dimension, int tag) {
         const std::string name = name_of(dimension, tag);
         auto& set = mesh_.node_sets[name];
+        if (dimension == 2 && !cells_.empty()) read_quads(tag, mesh_.triangle_sets[name]);
         if (dimension == 2 && cells_.empty()) {
             auto& triangles = mesh_.triangle_sets[name];
             read_triangles(tag, triangles);
@@ -189,6 +193,29 @@ class Reader {
         if (set.empty())
             fail("{}: the group '{}' has no node of the body, expected it to lie on the body",
                  where_, name);
+    }
+
+    /// Two triangles between the corners of each quadrangle of a group, of which those come first.
+    void read_quads(int tag, std::vector<Triangle>& triangles) {
+        for (const int entity : gmsh::entities_of_physical_group(2, tag))
+            for (const gmsh::Elements& elements : gmsh::elements(2, entity)) {
+                const auto type = std::ranges::find(quadrangle_types, elements.type,
+                                                    &std::pair<int, std::size_t>::first);
+                if (type == std::end(quadrangle_types)) continue;
+                for (std::size_t i = 0; i + type->second <= elements.nodes.size();
+                     i += type->second) {
+                    std::array<std::int32_t, 4> corner{};
+                    bool on_body = true;
+                    for (std::size_t k = 0; k < 4 && on_body; ++k) {
+                        const auto known = numbers_.find(elements.nodes[i + k]);
+                        on_body = known != numbers_.end();
+                        if (on_body) corner[k] = known->second;
+                    }
+                    if (!on_body) continue;
+                    triangles.push_back({corner[0], corner[1], corner[2]});
+                    triangles.push_back({corner[0], corner[2], corner[3]});
+                }
+            }
     }
 
     void read_triangles(int tag, std::vector<Triangle>& triangles) {

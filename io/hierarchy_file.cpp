@@ -9,8 +9,8 @@
 
 #include "base/error.hpp"
 #include "base/together.hpp"
-#include "mesh/grid_of_cells.hpp"
 #include "mesh/hex_grid.hpp"
+#include "mesh/mesh_of_hexahedra.hpp"
 
 namespace livetet {
 
@@ -248,8 +248,12 @@ void read_quadratic(const hdf5::File& file, const std::string& group, TetMesh& m
     if (file.has(group + "/shares")) mesh.shares = file.read<double>(group + "/shares", 1).values;
     const std::vector<Tet> stored = std::move(mesh.tets);
     divide_hexahedra(mesh, where);
-    if (mesh.tets != stored)
+    if (mesh.tets != stored || !mesh.edge_nodes.empty())
         fail("{}: its tets are not those of its quadratic_hexahedra, expected 48 of each", where);
+    for (std::size_t t = 0; t < mesh.regions.size(); ++t)
+        if (mesh.regions[t] != mesh.regions[t - t % tets_per_quadratic_hexahedron])
+            fail("{}: hexahedron {} is in two regions, expected one", where,
+                 t / tets_per_quadratic_hexahedron);
 }
 
 /// `nodes`: of the whole mesh.

@@ -17,7 +17,7 @@
 #include "base/file.hpp"
 #include "io/parse_in_child.hpp"
 #include "io/vtk_reader.hpp"
-#include "mesh/grid_of_cells.hpp"
+#include "mesh/mesh_of_hexahedra.hpp"
 #include "mesh/packed_mesh.hpp"
 #include "mesh/quadratic_hexahedra.hpp"
 

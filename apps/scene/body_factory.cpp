@@ -179,7 +179,7 @@ void refuse_hexahedra(const MeshHierarchy& hierarchy, const std::string& what) {
     if (hierarchy.levels.front().has_hexahedra())
         fail(
             "{}: found a mesh of hexahedra, expected tetrahedra (hexahedra are for solve, study "
-            "and, as a grid without elements: P2, track, on one rank)",
+            "and, as a grid of 8-node cells with elements: P1, track, on one rank)",
             what);
 }
 
@@ -300,8 +300,8 @@ struct TakenMesh {
     SolverOptions options;
 };
 
-/// Of one rank: `hierarchy`, to which the levels refer, gets ten-node tets, and loses the coarser
-/// levels that the solver does not take.
+/// Of one rank: `hierarchy`, to which the levels refer, gets the scene's elements, and loses the
+/// coarser levels that the solver does not take.
 TakenMesh take_whole(MPI_Comm comm, const Scene& scene, Use use, MeshHierarchy& hierarchy) {
     const bool is_quadratic = !hierarchy.levels.front().quadratic_hexahedra.empty();
     if (use == Use::track && (is_quadratic || scene.elements == Elements::p2))

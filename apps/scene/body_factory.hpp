@@ -44,7 +44,7 @@ SceneMesh load_mesh_for(MPI_Comm comm, const Scene& scene, const ProgressCallbac
 /// Collective.
 TetMesh finest_mesh(MPI_Comm comm, const Scene& scene);
 
-/// Throws Error, naming what was asked for, if the mesh is a grid of hexahedra.
+/// Throws Error, naming what was asked for, if the mesh is of hexahedra.
 void refuse_hexahedra(const MeshHierarchy& hierarchy, const std::string& what);
 
 /// The levels of a scene's elements: of P2 with ten-node tets as a new finest level; of a grid its

@@ -182,12 +182,12 @@ void visit_fields(Visitor& v, Scene& s) {
              models_without_keys());
     v.choice(
         "elements", s.elements,
-        "tetrahedra of four nodes, or of ten on the same mesh; a grid's hexahedra of 8 nodes, or "
-        "of "
-        "27 (`solve` and `study`)",
+        "tetrahedra of four nodes, or of ten on the same mesh; a grid's hexahedra of eight nodes, "
+        "or of 27",
         {{Elements::p1, "P1", "four nodes, linear displacement"},
          {Elements::p2, "P2",
-          "ten nodes, quadratic displacement: accurate in bending and torsion on a coarse mesh"}});
+          "ten nodes, of hexahedra 27 (`solve` and `study`), quadratic displacement: accurate in "
+          "bending and torsion on a coarse mesh"}});
     v.choice("formulation", s.formulation, "how the volumetric stress is computed",
              {{Formulation::automatic, "automatic",
                "mixed if a material has poisson >= 0.49, or, in `track` alone, if a sensor has a "
@@ -195,8 +195,8 @@ void visit_fields(Visitor& v, Scene& s) {
               {Formulation::displacement, "displacement",
                "from the displacement: locks as poisson approaches 0.5"},
               {Formulation::mixed, "mixed",
-               "from pressures of its own, at the corners of tetrahedra or one in each hexahedron: "
-               "accurate up to 0.4999"}});
+               "from pressures of its own, at the corners of tetrahedra, one in each hexahedron of "
+               "eight nodes or four in one of 27: accurate up to 0.4999"}});
     v.group("time", s.time, "time integration");
     v.field("gravity_m_per_s2", s.gravity_m_per_s2, "m/s^2", "acceleration on the whole body");
     v.list("fix", s.fix, "nodes that are held");

@@ -90,9 +90,9 @@ class LevelAssembler {
     bool rotates() const { return rotates_; }
     /// Whether ElementRotations must be taken anew before any evaluation.
     bool reads_rotations() const { return rotates_ || keeps_displacement(); }
-    /// Gradients, volume and moduli of a local tet. Computed from the corner positions on each
-    /// call; storing it would add a third to the level's memory.
-    /// Of a quadratic hexahedron that of mapped_element.
+    /// Gradients, volume and moduli of a local tet, or of a quadratic hexahedron those of
+    /// mapped_element. Computed from the places of its nodes on each call; storing it would add a
+    /// third to the level's memory.
     TetElement element(std::size_t e) const;
     MappedHexahedron mapped_element(std::size_t e) const;
     /// Integrals of the products of an element's pressure_shape, m^3.

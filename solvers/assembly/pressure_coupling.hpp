@@ -13,9 +13,10 @@ namespace livetet {
 /// and the residual of the constraint theta = p / lambda. P2 with P1 pressures is stable by itself
 /// (Taylor and Hood 1973); P1 with P1 pressures takes the polynomial pressure projection of
 /// Dohrmann and Bochev (2004): C += 1/(2 mu) integral (N_i - mean N_i) (N_j - mean N_j), which is
-/// local and keeps the order. Hexahedra have one pressure each (Q1-P0), without that. B and C are
-/// kept times powers of `scale`, so that all rows are forces: the unknown of the matrices is
-/// p / scale. On a level in single precision, B is applied by a MatrixFreeCoupling.
+/// local and keeps the order. A grid's hexahedra have one pressure each (Q1-P0), quadratic ones
+/// four (Q2-P1, stable by itself), without that. B and C are kept times powers of `scale`, so that
+/// all rows are forces: the unknown of the matrices is p / scale. On a level in single precision, B
+/// is applied by a MatrixFreeCoupling.
 class PressureCoupling {
   public:
     explicit PressureCoupling(const LevelAssembler& level);
@@ -59,8 +60,8 @@ class PressureCoupling {
     void set_constrained();
 
   private:
-    /// A matrix between pressures of the sum of value(e, element, i, j) over all tets; hexahedra
-    /// sum it over i and j.
+    /// A matrix between pressures of the sum of value(e, element, its pressure_mass) over all
+    /// elements, a 4 x 4 matrix; a grid's hexahedra sum up its entries.
     template <class Value>
     void fill(PetscHandle<Mat>& matrix, Value&& value) const;
     double free_share(std::size_t e) const;

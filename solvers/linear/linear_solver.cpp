@@ -136,7 +136,11 @@ std::unique_ptr<LinearSolver> make_linear_solver(DistributedHierarchy mesh,
     using Role = DisplacementSolver::Role;
     if (!mesh.levels.front().share.hexahedra.empty() && options.kind != SolverKind::live)
         return std::make_unique<HexSolver>(std::move(mesh), model, options);
-    if (!mesh.levels.front().share.quadratic_hexahedra.empty() && options.kind == SolverKind::live)
+    const bool is_quadratic = !mesh.levels.front().share.quadratic_hexahedra.empty();
+    if (is_quadratic && mesh.levels.size() > 1)
+        fail("mesh hierarchy: found {} levels, the finest of hexahedra of 27 nodes, expected one",
+             mesh.levels.size());
+    if (is_quadratic && options.kind == SolverKind::live)
         fail(
             "solver.kind: found live and hexahedra of 27 nodes, expected another kind (automatic)");
     if (resolved_formulation(model) == Formulation::displacement)

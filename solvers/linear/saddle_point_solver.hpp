@@ -12,12 +12,12 @@ class LiveSolver;
 /// block triangle
 ///     y_p = -S^-1 r_p,  y_u = K^-1 (r_u - B^T y_p),
 /// PETSc's PCFIELDSPLIT with its upper Schur factor. S is a weighted pressure mass
-/// (PressureCoupling::minus_schur), S^-1 two Chebyshev steps on it (of hexahedra, whose S is
+/// (PressureCoupling::minus_schur), S^-1 two Chebyshev steps on it (of grids, whose S is
 /// diagonal, 8/7 of it: S^-1 itself left up to five times the error in live frames), K^-1 one
 /// application of the inner solver's preconditioner. K holds no volumetric stiffness, so that it is
-/// as well conditioned as at a Poisson's ratio of zero. On tets the iterations stay bounded up to
-/// nu = 1/2 (Elman, Silvester and Wathen 2014, chapter 4); on hexahedra, whose Q1-P0 is not stable,
-/// they grow.
+/// as well conditioned as at a Poisson's ratio of zero. Iterations stay bounded up to nu = 1/2
+/// (Elman, Silvester and Wathen 2014, chapter 4), but on grids, whose Q1-P0 is not stable, they
+/// grow.
 ///
 /// Around a LiveSolver no block but C is a matrix (see LiveSaddlePoint); solves start from earlier
 /// increments and keep a deadline, and where the law's tangent has negative curvature along what

@@ -110,7 +110,7 @@ BodyMotion body_motion(const TetMesh& mesh, std::span<const Vector3> displacemen
     for (std::size_t n = 0; n < mesh.nodes.size(); ++n) motion.deformed[n] += displacement[n];
     if (rind <= 0) return motion;
     std::vector<Triangle> surface = boundary_triangles(motion.tets);
-    if (!mesh.hexahedra.empty()) remove_cut_faces(mesh, surface);  // other meshes have no cuts
+    remove_cut_faces(mesh, surface);
     const std::vector<std::int32_t> inner = nodes_of(surface);
     std::vector<std::int32_t> outer_of(mesh.nodes.size(), -1);
     for (std::size_t i = 0; i < inner.size(); ++i)

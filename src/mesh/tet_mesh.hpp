@@ -29,7 +29,7 @@ inline constexpr std::size_t tets_per_hexahedron = 6;
 /// The 27 nodes of a hexahedron of order 2 (Q2): node i + 3 j + 9 k is at (i, j, k) / 2 of the
 /// cell's own coordinates from 0 to 1. Its corners, edges and faces may be anywhere.
 using QuadraticHexahedron = std::array<std::int32_t, 27>;
-/// The same of a quadratic hexahedron, all of whose nodes are corners of these tets.
+/// Tets that a quadratic hexahedron is divided into; its 27 nodes are their corners.
 inline constexpr std::size_t tets_per_quadratic_hexahedron = 48;
 
 /// A body at rest: tets of four nodes (P1) or ten (P2, see `quadratic_mesh`), a grid's hexahedra

@@ -111,6 +111,7 @@ TEST(GmshFile, HexahedraThatAreNoGridGetMiddleNodes) {
     EXPECT_EQ(mesh.regions.front(), 6);
     EXPECT_EQ(mesh.regions.back(), 7);
     EXPECT_EQ(mesh.node_sets.at("end").size(), 9u);
+    EXPECT_EQ(mesh.triangle_sets.at("end").size(), 8u);
     EXPECT_NEAR(volume(mesh), 2 * 6e-6 + 1e-2 * 2e-2 * 3e-3 / 4, 1e-12);
 }
 

@@ -4,6 +4,8 @@
 
 #include <Eigen/Dense>
 
+#include <string_view>
+
 #include "mechanics/gravity_load.hpp"
 #include "mechanics/mapped_hexahedron.hpp"
 #include "mesh/shapes.hpp"
@@ -65,6 +67,21 @@ TEST(QuadraticHexahedraLevel, TangentIsTheDerivativeOfTheForces) {
                        {.stiffness = 1, .tangent = Tangent::exact});
         LIVETET_PETSC(MatMult(level.matrix(), direction.get(), f.get()));
         const auto product = test::gather(level.share(), f.get());
+        LIVETET_PETSC(VecSet(f.get(), 0));
+        level.add_stiffness_times(1, {.u = at.get(), .rotations = &rotations}, direction.get(),
+                                  f.get());
+        const auto without = test::gather(level.share(), f.get());
+        if (std::string_view(model) == "corotated") {  // by frozen rotations
+            level.assemble({.u = at.get(), .rotations = &rotations},
+                           {.stiffness = 1, .tangent = Tangent::frozen_rotation});
+            LIVETET_PETSC(MatMult(level.matrix(), direction.get(), f.get()));
+        } else {
+            test::fill(level.share(), product, f.get());
+        }
+        const auto expected = test::gather(level.share(), f.get());
+        for (std::size_t n = 0; n < nodes; ++n)
+            EXPECT_LT((without[n] - expected[n]).norm(), 1e-9 * expected[n].norm() + 1e-12)
+                << model;
         double gap = 0, size = 0, work = 0;
         for (std::size_t n = 0; n < nodes; ++n) {
             const Vector3 difference = (plus[n] - minus[n]) / (2 * h);

@@ -118,6 +118,81 @@ TEST(QuadraticHexahedra, GridKeepsItsNodesSharesAndSets) {
     EXPECT_EQ(mesh.node_sets.at("left").size(), 9u);
 }
 
+/// A plate of 2 x 1 cells, one cell thick, its corners alone or with all nodes given.
+struct Plate {
+    TetMesh mesh;
+    std::vector<QuadraticHexahedron> cells{2};
+
+    explicit Plate(bool has_middles) {
+        const int step = has_middles ? 1 : 2;  // between nodes, in halves of a cell
+        const int nx = 4 / step + 1, n = 2 / step + 1;
+        for (int k = 0; k < n; ++k)
+            for (int j = 0; j < n; ++j)
+                for (int i = 0; i < nx; ++i) mesh.nodes.push_back(Vector3(i, j, k) * step / 2);
+        for (int c = 0; c < 2; ++c)
+            for (int p = 0; p < 27; ++p) {
+                const int at[3] = {2 * c + p % 3, p / 3 % 3, p / 9};
+                const bool is_node =
+                    has_middles || (at[0] % 2 == 0 && at[1] % 2 == 0 && at[2] % 2 == 0);
+                cells[c][p] =
+                    is_node ? at[0] / step + nx * (at[1] / step + n * (at[2] / step)) : -1;
+            }
+        for (const auto& cell : cells)
+            for (const int side : {0, 4}) {
+                const auto corner = [&](int c) { return cell[quadratic_corner(side + c)]; };
+                mesh.triangle_sets["skin"].push_back({corner(0), corner(1), corner(3)});
+                mesh.triangle_sets["skin"].push_back({corner(0), corner(3), corner(2)});
+            }
+    }
+};
+
+/// The two large faces hold all corners, but not what is between the faces.
+TEST(QuadraticHexahedra, FacesOfAThinBodyDoNotGrowIntoIt) {
+    for (const bool has_middles : {false, true}) {
+        Plate plate(has_middles);
+        const TetMesh mesh =
+            quadratic_hexahedra(std::move(plate.mesh), std::move(plate.cells), {}, "plate");
+        ASSERT_EQ(mesh.nodes.size(), 45u);
+        EXPECT_EQ(mesh.node_sets.at("skin").size(), 30u);
+        EXPECT_EQ(mesh.triangle_sets.at("skin").size(), 32u);
+        for (const std::int32_t n : mesh.node_sets.at("skin")) EXPECT_NE(mesh.nodes[n].z(), 0.5);
+    }
+    Plate plate(true);
+    plate.mesh.triangle_sets.clear();
+    for (std::int32_t n = 0; n < 45; ++n)
+        if (plate.mesh.nodes[n].z() != 0.5) plate.mesh.node_sets["skin"].push_back(n);
+    const TetMesh mesh =
+        quadratic_hexahedra(std::move(plate.mesh), std::move(plate.cells), {}, "plate");
+    EXPECT_EQ(mesh.node_sets.at("skin").size(), 30u) << "a file's own nodes are not added";
+}
+
+TEST(QuadraticHexahedra, AFaceInsideKeepsItsNodes) {
+    Plate plate(false);
+    plate.mesh.triangle_sets.clear();
+    const auto corner = [&](int c) { return plate.cells[0][quadratic_corner(c)]; };
+    plate.mesh.triangle_sets["middle"] = {{corner(1), corner(3), corner(7)}};
+    const TetMesh mesh =
+        quadratic_hexahedra(std::move(plate.mesh), std::move(plate.cells), {}, "plate");
+    EXPECT_FALSE(mesh.triangle_sets.contains("middle"));
+    EXPECT_EQ(mesh.node_sets.at("middle").size(), 9u);
+    for (const std::int32_t n : mesh.node_sets.at("middle")) EXPECT_EQ(mesh.nodes[n].x(), 1);
+}
+
+/// A cell of 8 nodes beside one of 27 takes the middles of their common face.
+TEST(QuadraticHexahedra, CellsOfDifferentNumbersOfNodesHangTogether) {
+    Plate plate(true);
+    plate.mesh.triangle_sets.clear();
+    for (int p = 0; p < 27; ++p) {
+        const bool is_corner = p % 3 != 1 && p / 3 % 3 != 1 && p / 9 != 1;
+        const bool is_shared = p % 3 == 0;
+        if (!is_corner && is_shared) plate.cells[1][p] = -1;
+    }
+    const TetMesh mesh =
+        quadratic_hexahedra(std::move(plate.mesh), std::move(plate.cells), {}, "plate");
+    EXPECT_EQ(mesh.nodes.size(), 45u);
+    EXPECT_EQ(boundary_triangles(mesh.tets).size(), 10u * 8);
+}
+
 TEST(QuadraticHexahedra, WhatIsFlatOrTurnedOverIsRefusedByPlace) {
     TetMesh mesh = two_cubes();
     mesh.nodes[mesh.quadratic_hexahedra[1][quadratic_corner(7)]] = mesh.nodes[1];
@@ -141,6 +216,50 @@ TEST(QuadraticHexahedra, WhatIsFlatOrTurnedOverIsRefusedByPlace) {
         EXPECT_THROW(check_quadratic_mesh(mesh, "file"), Error) << share;
     }
     EXPECT_THROW(quadratic_hexahedra({}, {}, {}, "file"), Error);
+    mesh = two_cubes();
+    mesh.quadratic_hexahedra[1] = mesh.quadratic_hexahedra[0];
+    EXPECT_THROW(check_quadratic_mesh(mesh, "file"), Error) << "twice the same";
+    Plate plate(true);
+    plate.cells.push_back(plate.cells[1]);
+    for (int p = 0; p < 27; ++p)  // a third cell at the common face
+        if (p % 3 != 0) {
+            plate.cells[2][p] = static_cast<std::int32_t>(plate.mesh.nodes.size());
+            plate.mesh.nodes.push_back(plate.mesh.nodes[plate.cells[1][p]]);
+        }
+    plate.mesh.quadratic_hexahedra = plate.cells;
+    EXPECT_THROW(check_quadratic_mesh(plate.mesh, "file"), Error);
+}
+
+/// The Jacobian is checked between the nodes, too: of a cell where it is positive at all of these.
+TEST(QuadraticHexahedra, WhatIsTurnedOverBetweenItsNodesIsRefused) {
+    std::uint32_t state = 1;
+    const auto random = [&] {
+        return (state = state * 1664525u + 1013904223u) / 4294967296.0 - 0.5;
+    };
+    int found = 0;
+    for (int trial = 0; trial < 20000 && found == 0; ++trial) {
+        Plate plate(true);
+        plate.mesh.quadratic_hexahedra = {plate.cells[0]};
+        for (Vector3& x : plate.mesh.nodes)
+            for (double& c : x) c += 0.35 * random();
+        Eigen::Matrix<double, 3, 27> x;
+        for (int p = 0; p < 27; ++p) x.col(p) = plate.mesh.nodes[plate.cells[0][p]];
+        const auto jacobian = [&](const Vector3& at) {
+            return Eigen::Matrix3d(x * quadratic_slopes(at).transpose()).determinant();
+        };
+        bool is_good_at_nodes = true, is_good_at_points = true;
+        for (int p = 0; p < 27; ++p) {
+            const Vector3 at(p % 3 / 2.0, p / 3 % 3 / 2.0, p / 9 / 2.0);
+            is_good_at_nodes = is_good_at_nodes && jacobian(at) > 1e-6;
+            is_good_at_points = is_good_at_points &&
+                                jacobian(Vector3::Constant(0.5) +
+                                         std::sqrt(0.6) * (at - Vector3::Constant(0.5))) > -1e-6;
+        }
+        if (!is_good_at_nodes || is_good_at_points) continue;
+        ++found;
+        EXPECT_THROW(check_quadratic_mesh(plate.mesh, "file"), Error);
+    }
+    EXPECT_EQ(found, 1) << "a cell to try";
 }
 
 TEST(QuadraticHexahedra, ShapeFunctionsAreThoseOfTheirNodes) {
@@ -159,7 +278,7 @@ TEST(QuadraticHexahedra, ShapeFunctionsAreThoseOfTheirNodes) {
     }
 }
 
-/// Of all outer triangles: the mean place and the sums of areas.
+/// Of all outer triangles: the sums of area vectors, of curved area and of the flux of x / 3.
 struct Sums {
     Vector3 area = Vector3::Zero();
     double curved = 0, flux = 0;

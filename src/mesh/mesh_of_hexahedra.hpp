@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -15,10 +14,11 @@ namespace livetet {
 /// A grid, if they have 8 nodes and are those of one: equal parallelepipeds at whole multiples of
 /// their edges. All of each cell is inside the body. Nodes move to the grid that fits best, if the
 /// file has rounded them to single precision. Nodes at one place that cells do not share are a cut.
-/// Else quadratic hexahedra, whose missing nodes are added.
+/// Triangle sets are left out: node sets have their nodes.
+/// Else quadratic hexahedra, whose missing nodes are added (see quadratic_hexahedra).
 ///
-/// Throws Error, naming `where`, if there are none, if a cell is flat or turned over, or if two of
-/// a grid are at one place.
+/// Throws Error, naming `where`, if there are none, if a cell is flat or turned over, or if two are
+/// at one place.
 TetMesh mesh_of_hexahedra(TetMesh mesh, std::vector<QuadraticHexahedron> cells,
                           std::span<const std::int32_t> regions, const std::string& where);
 

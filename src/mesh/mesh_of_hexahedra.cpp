@@ -1,4 +1,4 @@
-#include "mesh/grid_of_cells.hpp"
+#include "mesh/mesh_of_hexahedra.hpp"
 
 #include <Eigen/Dense>
 
@@ -104,15 +104,15 @@ std::optional<PlacedCells> place_cells(const TetMesh& mesh, std::span<const Hexa
                                        const std::string& where) {
     const Eigen::Matrix3d axes = edges_of(mesh, cells[0]), in_cells = axes.inverse();
     const Vector3 origin = mesh.nodes[cells[0][0]];
-    const double min_volume = 1e-9 * std::abs(axes.colwise().norm().prod());
     PlacedCells placed;
     placed.of_nodes.resize(mesh.nodes.size());
     placed.is_used.assign(mesh.nodes.size(), 0);
     bool is_grid = true;
     for (std::size_t e = 0; e < cells.size(); ++e) {
-        const double volume = edges_of(mesh, cells[e]).determinant();
+        const Eigen::Matrix3d edges = edges_of(mesh, cells[e]);
+        const double volume = edges.determinant();
         const Vector3 at = 1e3 * mesh.nodes[cells[e][0]];
-        if (!(volume > min_volume))
+        if (!(volume > 1e-9 * edges.colwise().norm().prod()))
             fail(
                 "{}: hexahedron {} at ({:.4g}, {:.4g}, {:.4g}) mm has a volume of {:.3g} mm^3 by "
                 "the edges of its first corner, expected a positive one: corners round the lower "
@@ -150,6 +150,7 @@ TetMesh mesh_of_hexahedra(TetMesh mesh, std::vector<QuadraticHexahedron> cells,
     check_places(std::move(placed->places), where);
     mesh.hexahedra = std::move(placed->cells);
     mesh.shares.assign(cells.size(), 1);
+    mesh.triangle_sets.clear();  // of faces; a grid's surface is not where its faces are
     divide_hexahedra(mesh, where);
     for (const std::int32_t region : regions)
         mesh.regions.insert(mesh.regions.end(), tets_per_hexahedron, region);
@@ -157,6 +158,8 @@ TetMesh mesh_of_hexahedra(TetMesh mesh, std::vector<QuadraticHexahedron> cells,
 }
 
 void divide_hexahedra(TetMesh& mesh, const std::string& where) {
+    if (!mesh.hexahedra.empty() && !mesh.quadratic_hexahedra.empty())
+        fail("{}: has hexahedra of 8 and of 27 nodes, expected one kind", where);
     if (!mesh.hexahedra.empty()) {
         (void)hex_level_of(mesh, where);  // throws unless it is a grid
         mesh.tets = tets_of_hexahedra(mesh.hexahedra);
