@@ -14,6 +14,25 @@ namespace {
 /// Iterations of FGMRES before it forgets its directions, in live frames.
 constexpr int live_restart = 30;
 
+/// A vector like `v`, zero, with room for the norm that PETSc keeps with it: PETSc makes that room
+/// when it first takes the norm. FGMRES, whose directions are duplicates of the solution, would so
+/// allocate in the first frame that takes as many iterations.
+PetscErrorCode duplicate_with_norm(Vec v, Vec* copy) {
+    PetscInt local = 0, global = 0;
+    VecType type = nullptr;
+    PetscReal norm = 0;
+    PetscFunctionBegin;
+    PetscCall(VecGetLocalSize(v, &local));
+    PetscCall(VecGetSize(v, &global));
+    PetscCall(VecGetType(v, &type));
+    PetscCall(VecCreate(PetscObjectComm(reinterpret_cast<PetscObject>(v)), copy));
+    PetscCall(VecSetSizes(*copy, local, global));
+    PetscCall(VecSetType(*copy, type));
+    PetscCall(VecSet(*copy, 0));
+    PetscCall(VecNorm(*copy, NORM_2, &norm));
+    PetscFunctionReturn(0);
+}
+
 /// Two Chebyshev steps on S, scaled by its diagonal.
 void configure_schur_steps(KSP ksp) {
     constexpr double largest = 2.5, smallest = 0.5;  // see PressureCoupling::minus_schur
@@ -69,6 +88,9 @@ SaddlePointSolver::SaddlePointSolver(LiveSolver* live, std::unique_ptr<Displacem
     else
         make_blocks();
     LIVETET_PETSC(MatCreateVecs(matrix(), x_.out(), b_.out()));
+    if (live_)
+        LIVETET_PETSC(VecSetOperation(x_.get(), VECOP_DUPLICATE,
+                                      reinterpret_cast<void (*)()>(duplicate_with_norm)));
     make_krylov(fine().share().comm);
 }
 
