@@ -1,6 +1,10 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <vector>
+
+#include <gtest/gtest.h>
 
 #include "mesh/tet_mesh.hpp"
 
@@ -28,6 +32,36 @@ inline void expect_same(const TetMesh& a, const TetMesh& b, double tolerance = 0
     EXPECT_EQ(a.regions, b.regions);
     EXPECT_EQ(a.node_sets, b.node_sets);
     EXPECT_EQ(a.triangle_sets, b.triangle_sets);
+}
+
+/// Places of a hexahedron's nodes in its own coordinates from 0 to 1, in the order of a format that
+/// has the corners round the lower and then the upper face first: corners, middles of `edges` and
+/// `faces`, given by their corners, and of the cell.
+template <std::size_t edge_count, std::size_t face_count>
+std::vector<Vector3> places_of_27(const int (&edges)[edge_count][2],
+                                  const int (&faces)[face_count][4]) {
+    std::vector<Vector3> at{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
+                            {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+    for (const auto& [a, b] : edges) at.push_back((at[a] + at[b]) / 2);
+    for (const auto& [a, b, c, d] : faces) at.push_back((at[a] + at[b] + at[c] + at[d]) / 4);
+    at.emplace_back(0.5, 0.5, 0.5);
+    return at;
+}
+
+/// Where a bent cell of some 10 mm has a place of these, mm: quadratic, so that the middles that 20
+/// nodes leave out are where their shape functions have them.
+inline Vector3 bent(const Vector3& x) {
+    return {10 * x.x() + x.y() * x.y(), 10 * x.y() + 2 * x.x() * x.z(), 10 * x.z()};
+}
+
+/// That a mesh is that cell alone, each node in its place.
+inline void expect_bent_cell(const TetMesh& mesh) {
+    ASSERT_EQ(mesh.quadratic_hexahedra.size(), 1U);
+    ASSERT_EQ(mesh.nodes.size(), 27U);
+    for (int p = 0; p < 27; ++p) {
+        const Vector3 exact = 1e-3 * bent({p % 3 / 2.0, p / 3 % 3 / 2.0, p / 9 / 2.0});
+        EXPECT_LT((mesh.nodes[mesh.quadratic_hexahedra[0][p]] - exact).norm(), 1e-15) << p;
+    }
 }
 
 }  // namespace livetet::testing_meshes

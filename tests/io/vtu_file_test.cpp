@@ -7,11 +7,13 @@
 #include "base/file.hpp"
 #include "files.hpp"
 #include "mesh/hex_grid.hpp"
+#include "meshes.hpp"
 
 namespace livetet {
 namespace {
 
 using namespace testing_files;
+using namespace testing_meshes;
 
 /// A text file, in mm: two tets with a common face, a triangle of their surface, and an unused
 /// point.
@@ -132,29 +134,15 @@ TEST(VtuFile, AGridInSinglePrecisionIsRead) {
 
 /// VTK's order of nodes: corners, edges, faces, the middle.
 TEST(VtuFile, BentHexahedraOf20And27NodesAreRead) {
-    constexpr double corners[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
-                                      {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
     constexpr int edges[12][2] = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {4, 5}, {5, 6},
                                   {6, 7}, {7, 4}, {0, 4}, {1, 5}, {2, 6}, {3, 7}};
     constexpr int faces[6][4] = {{0, 4, 7, 3}, {1, 2, 6, 5}, {0, 1, 5, 4},
                                  {3, 7, 6, 2}, {0, 3, 2, 1}, {4, 5, 6, 7}};
-    std::vector<Vector3> at;
-    for (const auto& c : corners) at.emplace_back(c[0], c[1], c[2]);
-    const auto middle_of = [&](const auto& of) {
-        Vector3 sum = Vector3::Zero();
-        for (const int c : of) sum += at[c];
-        return Vector3(sum / static_cast<double>(std::size(of)));
-    };
-    for (const auto& e : edges) at.push_back(middle_of(e));
-    for (const auto& f : faces) at.push_back(middle_of(f));
-    at.emplace_back(0.5, 0.5, 0.5);
-    const auto map = [](const Vector3& x) {
-        return Vector3(10 * x.x() + x.y() * x.y(), 10 * x.y() + 2 * x.x() * x.z(), 10 * x.z());
-    };
+    const std::vector<Vector3> at = places_of_27(edges, faces);
     for (const int nodes : {20, 27}) {
         std::string points, numbers;
         for (int n = 0; n < nodes; ++n) {
-            const Vector3 x = map(at[n]);
+            const Vector3 x = bent(at[n]);
             points += fmt::format("{} {} {} ", x.x(), x.y(), x.z());
             numbers += fmt::format("{} ", n);
         }
@@ -169,12 +157,7 @@ TEST(VtuFile, BentHexahedraOf20And27NodesAreRead) {
 </Piece></UnstructuredGrid></VTKFile>
 )",
             nodes, points, numbers, nodes == 20 ? 25 : 29));
-        ASSERT_EQ(mesh.quadratic_hexahedra.size(), 1u);
-        ASSERT_EQ(mesh.nodes.size(), 27u);
-        for (int p = 0; p < 27; ++p) {
-            const Vector3 exact = 1e-3 * map({p % 3 / 2.0, p / 3 % 3 / 2.0, p / 9 / 2.0});
-            EXPECT_LT((mesh.nodes[mesh.quadratic_hexahedra[0][p]] - exact).norm(), 1e-15) << p;
-        }
+        expect_bent_cell(mesh);
     }
 }
 
