@@ -1,8 +1,11 @@
 #include "io/gmsh_file.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
+#include <optional>
+#include <span>
 #include <string>
 #include <unordered_map>
 #include <utility>
@@ -195,6 +198,19 @@ class Reader {
                  where_, name);
     }
 
+    /// The mesh's numbers of the first nodes of an element; none if one is no node of the body.
+    template <std::size_t count>
+    std::optional<std::array<std::int32_t, count>> on_body(
+        std::span<const std::size_t> nodes) const {
+        std::array<std::int32_t, count> numbers{};
+        for (std::size_t k = 0; k < count; ++k) {
+            const auto known = numbers_.find(nodes[k]);
+            if (known == numbers_.end()) return std::nullopt;
+            numbers[k] = known->second;
+        }
+        return numbers;
+    }
+
     /// Two triangles between the corners of each quadrangle of a group, of which those come first.
     void read_quads(int tag, std::vector<Triangle>& triangles) {
         for (const int entity : gmsh::entities_of_physical_group(2, tag))
@@ -204,16 +220,11 @@ class Reader {
                 if (type == std::end(quadrangle_types)) continue;
                 for (std::size_t i = 0; i + type->second <= elements.nodes.size();
                      i += type->second) {
-                    std::array<std::int32_t, 4> corner{};
-                    bool on_body = true;
-                    for (std::size_t k = 0; k < 4 && on_body; ++k) {
-                        const auto known = numbers_.find(elements.nodes[i + k]);
-                        on_body = known != numbers_.end();
-                        if (on_body) corner[k] = known->second;
-                    }
-                    if (!on_body) continue;
-                    triangles.push_back({corner[0], corner[1], corner[2]});
-                    triangles.push_back({corner[0], corner[2], corner[3]});
+                    const auto quad = on_body<4>(std::span(elements.nodes).subspan(i));
+                    if (!quad) continue;
+                    const auto [a, b, c, d] = *quad;
+                    triangles.push_back({a, b, c});
+                    triangles.push_back({a, c, d});
                 }
             }
     }
@@ -222,16 +233,10 @@ class Reader {
         for (const int entity : gmsh::entities_of_physical_group(2, tag)) {
             const Tags nodes = elements_of(2, entity, triangle_type, "3-node triangles");
             for (std::size_t i = 0; i + 2 < nodes.size(); i += 3) {
-                Triangle triangle;
-                bool on_body = true;
-                for (std::size_t k = 0; k < 3 && on_body; ++k) {
-                    const auto known = numbers_.find(nodes[i + k]);
-                    on_body = known != numbers_.end();
-                    if (on_body) triangle[k] = known->second;
-                }
-                if (!on_body) continue;
-                const auto outwards = outwards_.find(sorted(triangle));
-                triangles.push_back(outwards == outwards_.end() ? triangle : outwards->second);
+                const auto triangle = on_body<3>(std::span(nodes).subspan(i));
+                if (!triangle) continue;
+                const auto outwards = outwards_.find(sorted(*triangle));
+                triangles.push_back(outwards == outwards_.end() ? *triangle : outwards->second);
             }
         }
     }
