@@ -10,8 +10,8 @@
 #include "mechanics/mapped_hexahedron.hpp"
 #include "mesh/shapes.hpp"
 #include "solvers/assembly/level_assembler.hpp"
+#include "support/level_forces.hpp"
 #include "support/ranks.hpp"
-#include "support/whole_mesh.hpp"
 
 namespace livetet {
 namespace {
@@ -28,14 +28,6 @@ TetMesh bent_block() {
     return quadratic_hexahedra(std::move(mesh), std::move(cells), {}, "block");
 }
 
-std::vector<Vector3> rough_values(std::size_t nodes, double size, std::uint32_t state) {
-    std::vector<Vector3> values(nodes);
-    for (Vector3& v : values)
-        for (double& c : v)
-            c = size * ((state = state * 1664525u + 1013904223u) / 4294967296.0 - 0.5);
-    return values;
-}
-
 /// The matrix and the products without it are the derivative of the forces, which are that of the
 /// energy, in each model.
 TEST(QuadraticHexahedraLevel, TangentIsTheDerivativeOfTheForces) {
@@ -43,37 +35,24 @@ TEST(QuadraticHexahedraLevel, TangentIsTheDerivativeOfTheForces) {
     TetMesh mesh = bent_block();
     mesh.shares = {1, 0.4};
     const std::size_t nodes = mesh.nodes.size();
-    const auto u = rough_values(nodes, 1e-3, 1), v = rough_values(nodes, 1, 2);
+    const auto u = test::rough_values(nodes, 1e-3, 1), v = test::rough_values(nodes, 1, 2);
     const std::vector<Material> materials{{.young_Pa = 3000, .poisson = 0.4}};
     for (const char* model : {"linear", "corotated", "neohookean", "mooney_rivlin"}) {
         LevelAssembler level(distribute_mesh(PETSC_COMM_SELF, mesh, {}), materials, model,
                              Formulation::displacement, MatrixLayout::blocks);
-        const auto at = make_vector(level.share()), f = make_vector(level.share()),
-                   direction = make_vector(level.share());
-        ElementRotations rotations = level.make_rotations();
-        const auto force = [&](double step) {
-            std::vector<Vector3> moved = u;
-            for (std::size_t n = 0; n < nodes; ++n) moved[n] += step * v[n];
-            test::fill(level.share(), moved, at.get());
-            level.update_rotations(at.get(), rotations);
-            level.elastic_force({.u = at.get(), .rotations = &rotations}, f.get());
-            return test::gather(level.share(), f.get());
-        };
-        constexpr double h = 1e-8;
-        const auto plus = force(h), minus = force(-h);
-        const auto f0 = force(0);
+        const auto f = make_vector(level.share()), direction = make_vector(level.share());
+        test::LevelForces forces(level, u, v);
+        (void)forces.force(0);
+        const Configuration at = forces.configuration();
         test::fill(level.share(), v, direction.get());
-        level.assemble({.u = at.get(), .rotations = &rotations},
-                       {.stiffness = 1, .tangent = Tangent::exact});
+        level.assemble(at, {.stiffness = 1, .tangent = Tangent::exact});
         LIVETET_PETSC(MatMult(level.matrix(), direction.get(), f.get()));
         const auto product = test::gather(level.share(), f.get());
         LIVETET_PETSC(VecSet(f.get(), 0));
-        level.add_stiffness_times(1, {.u = at.get(), .rotations = &rotations}, direction.get(),
-                                  f.get());
+        level.add_stiffness_times(1, at, direction.get(), f.get());
         const auto without = test::gather(level.share(), f.get());
         if (std::string_view(model) == "corotated") {  // by frozen rotations
-            level.assemble({.u = at.get(), .rotations = &rotations},
-                           {.stiffness = 1, .tangent = Tangent::frozen_rotation});
+            level.assemble(at, {.stiffness = 1, .tangent = Tangent::frozen_rotation});
             LIVETET_PETSC(MatMult(level.matrix(), direction.get(), f.get()));
         } else {
             test::fill(level.share(), product, f.get());
@@ -82,19 +61,7 @@ TEST(QuadraticHexahedraLevel, TangentIsTheDerivativeOfTheForces) {
         for (std::size_t n = 0; n < nodes; ++n)
             EXPECT_LT((without[n] - expected[n]).norm(), 1e-9 * expected[n].norm() + 1e-12)
                 << model;
-        double gap = 0, size = 0, work = 0;
-        for (std::size_t n = 0; n < nodes; ++n) {
-            const Vector3 difference = (plus[n] - minus[n]) / (2 * h);
-            gap += (difference - product[n]).squaredNorm();
-            size += difference.squaredNorm();
-            work += f0[n].dot(v[n]);
-        }
-        EXPECT_LT(std::sqrt(gap / size), 1e-6) << model;
-        const auto energy = [&](double step) {
-            (void)force(step);
-            return level.strain_energy({.u = at.get(), .rotations = &rotations});
-        };
-        EXPECT_NEAR((energy(h) - energy(-h)) / (2 * h) / work, 1, 1e-6) << model;
+        forces.expect_derivatives(product, 1e-8, model);
     }
 }
 
