@@ -104,13 +104,20 @@ HexLevel make_hex_level(std::vector<HexPlace> places, std::vector<HexLink> links
             corners.join(8 * link.lower + above[k], 8 * link.upper + below[k]);
     }
     HexLevel level{std::move(places), std::move(links), {}, 0};
-    level.cells.resize(level.places.size());
-    std::vector<std::int32_t> number(8 * level.places.size(), -1);
-    for (std::size_t c = 0; c < number.size(); ++c) {
-        std::int32_t& of_class = number[corners.find(static_cast<std::int32_t>(c))];
-        if (of_class < 0) of_class = level.nodes++;
-        level.cells[c / 8][c % 8] = of_class;
+    // The place of each class of corners, and one corner of it.
+    std::vector<std::pair<HexPlace, std::int32_t>> nodes;
+    for (std::int32_t c = 0; c < static_cast<std::int32_t>(8 * level.places.size()); ++c) {
+        if (corners.find(c) != c) continue;
+        const HexPlace& cell = level.places[c / 8];
+        nodes.push_back({{cell[2] + (c >> 2 & 1), cell[1] + (c >> 1 & 1), cell[0] + (c & 1)}, c});
     }
+    std::sort(nodes.begin(), nodes.end());
+    level.nodes = static_cast<std::int32_t>(nodes.size());
+    std::vector<std::int32_t> number(8 * level.places.size());
+    for (std::int32_t n = 0; n < level.nodes; ++n) number[nodes[n].second] = n;
+    level.cells.resize(level.places.size());
+    for (std::size_t c = 0; c < number.size(); ++c)
+        level.cells[c / 8][c % 8] = number[corners.find(static_cast<std::int32_t>(c))];
     return level;
 }
 

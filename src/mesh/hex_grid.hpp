@@ -42,7 +42,8 @@ inline int octant_of(const HexPlace& place) {
     return (place[0] & 1) | (place[1] & 1) << 1 | (place[2] & 1) << 2;
 }
 
-/// Numbers the nodes: corners that links join are one node.
+/// Numbers the nodes: corners that links join are one node. Along a row of cells in x numbers rise
+/// one by one, where no node is doubled, then from row to row, then from layer to layer.
 HexLevel make_hex_level(std::vector<HexPlace> places, std::vector<HexLink> links);
 
 /// The next coarser level, of cells twice as long; sets `fine.parents`. A coarse cell is one linked

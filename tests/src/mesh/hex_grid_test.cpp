@@ -37,6 +37,19 @@ TEST(HexGrid, ReadsItsPlacesAndLinksFromTheNodes) {
     EXPECT_EQ(level.places.back(), (HexPlace{3, 2, 1}));
 }
 
+TEST(HexGrid, NumbersNodesAlongRowsThenFromLayerToLayer) {
+    const TetMesh mesh = test::hex_grid({4, 3, 2}, {0.4, 0.3, 0.2}, [](const Vector3& x) {
+        return x.x() > 0.1 || x.y() > 0.1;  // a row that starts later
+    });
+    for (std::size_t n = 1; n < mesh.nodes.size(); ++n) {
+        const Vector3 step = mesh.nodes[n] - mesh.nodes[n - 1];
+        EXPECT_TRUE(step.z() > 1e-9 ||
+                    (step.z() > -1e-9 && (step.y() > 1e-9 || (step.y() > -1e-9 && step.x() > 0))))
+            << n;
+    }
+    EXPECT_EQ(mesh.nodes.front(), Vector3(0.1, 0, 0));
+}
+
 /// Cells of a checkerboard touch at edges only: no two hang together.
 TEST(HexGrid, LeavesCellsApartThatTouchAtAnEdge) {
     const TetMesh mesh = test::hex_grid({4, 4, 4}, {4, 4, 4}, [](const Vector3& x) {
