@@ -227,7 +227,36 @@ void assemble_batched(benchmark::State& state) {
            k.batch_bytes + bytes_of(k.rotations) + k.s.pattern.bytes() + 2 * bytes_of(k.values));
 }
 
-enum class Law { hooke, neohookean, hooke_at_points };
+enum class Law { hooke, neohookean, hooke_at_points, hooke_anywhere, neohookean_anywhere };
+
+constexpr bool is_neohookean(Law law) {
+    return law == Law::neohookean || law == Law::neohookean_anywhere;
+}
+constexpr bool is_anywhere(Law law) {
+    return law == Law::hooke_anywhere || law == Law::neohookean_anywhere;
+}
+
+/// Turns a grid, and numbers its nodes along y first, so that no cells are in a row of numbers.
+void put_anywhere(TetMesh& grid) {
+    std::vector<std::int32_t> order(grid.nodes.size()), number(order.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::stable_sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) {
+        const auto of = [&](std::int32_t n) {
+            return std::pair(std::lround(1e6 * grid.nodes[n].z()),
+                             std::lround(1e6 * grid.nodes[n].x()));
+        };
+        return of(a) < of(b);
+    });
+    const Eigen::AngleAxisd turn(0.8, Vector3(1, -2, 0.5).normalized());
+    std::vector<Vector3> nodes;
+    for (std::size_t k = 0; k < order.size(); ++k) {
+        number[order[k]] = static_cast<std::int32_t>(k);
+        nodes.push_back(turn * grid.nodes[order[k]]);
+    }
+    grid.nodes = std::move(nodes);
+    for (Hexahedron& cell : grid.hexahedra)
+        for (std::int32_t& n : cell) n = number[n];
+}
 
 template <int nodes>
 TetMesh mesh_of(const std::array<int, 3>& cells) {
@@ -239,7 +268,8 @@ TetMesh mesh_of(const std::array<int, 3>& cells) {
 
 /// Tets of `nodes` nodes, or hexahedra, with laws written for lanes, in float. Of ten nodes: about
 /// 8,000 and 48,000 tets, as many nodes as the blocks above have; 10,000 and 62,000 hexahedra.
-/// Law::hooke_at_points has a rotation for each point, for which boxes have no kernel of their own.
+/// Law::hooke_at_points has a rotation for each point, for which boxes have no kernel of their own;
+/// those `anywhere` have hexahedra that are not in rows, nor along the body's axes.
 template <int nodes, Law chosen>
 struct WithLaw {
     TetMesh mesh;
@@ -253,9 +283,10 @@ struct WithLaw {
         const std::array<int, 3> cells =
             size == 0 ? std::array{32, 18, 18} : std::array{52, 34, 35};
         mesh = mesh_of<nodes>(cells);
-        std::vector<double> bent;
+        if (is_anywhere(chosen)) put_anywhere(mesh);
+        std::vector<double> bent;  // by moderate strains
         for (const Vector3& x : mesh.nodes)
-            for (const double component : {0.1 * x.y() * x.z(), -x.y() * x.x(), 5 * x.x() * x.x()})
+            for (const double component : {0.1 * x.y() * x.z(), -x.y() * x.x(), x.x() * x.x()})
                 bent.push_back(component);
         const std::size_t count = nodes == 8 ? mesh.hexahedra.size() : mesh.tets.size();
         for (std::size_t e = 0; e < count; ++e) add(e);
@@ -282,13 +313,12 @@ struct WithLaw {
         if (nodes == 8) elements.back().volume *= 6;  // of the corner tet
     }
     static const BatchLaw& law() {
-        return chosen == Law::neohookean ? *registered_material("neohookean").batch_law()
-                                         : hooke_law();
+        return is_neohookean(chosen) ? *registered_material("neohookean").batch_law() : hooke_law();
     }
     void report(benchmark::State& state) const {
         const double bytes =
             static_cast<double>(batches->all().end * sizeof(TetBatch<float, nodes>)) + bytes_of(u) +
-            2 * bytes_of(f) + (chosen == Law::neohookean ? 0 : bytes_of(rotations));
+            2 * bytes_of(f) + (is_neohookean(chosen) ? 0 : bytes_of(rotations));
         livetet::report(state, bytes, static_cast<double>(tets.size()));
     }
 };
@@ -326,7 +356,9 @@ LIVETET_BENCHMARK(assemble);
     LIVETET_LAW(kernel, 10, Law::neohookean);     \
     LIVETET_LAW(kernel, 8, Law::hooke);           \
     LIVETET_LAW(kernel, 8, Law::hooke_at_points); \
-    LIVETET_LAW(kernel, 8, Law::neohookean)
+    LIVETET_LAW(kernel, 8, Law::neohookean);      \
+    LIVETET_LAW(kernel, 8, Law::hooke_anywhere);  \
+    LIVETET_LAW(kernel, 8, Law::neohookean_anywhere)
 LIVETET_LAWS(law_forces);
 LIVETET_LAWS(law_products);
 

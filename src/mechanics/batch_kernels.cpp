@@ -100,6 +100,30 @@ std::vector<std::vector<std::int32_t>> cut_into_parts(std::span<const Nodes> all
     return cut;
 }
 
+/// Whether `next` is the cell behind `cell` along x, and its nodes are the next ones.
+bool follows(const std::array<std::int32_t, 8>& cell, const std::array<std::int32_t, 8>& next) {
+    for (int c = 0; c < 8; c += 2)
+        if (cell[c + 1] != cell[c] + 1 || next[c] != cell[c + 1] || next[c + 1] != next[c] + 1)
+            return false;
+    return true;
+}
+
+/// The cells of a part, whole rows of `width` first.
+void put_rows_first(std::span<const std::array<std::int32_t, 8>> cells,
+                    std::vector<std::int32_t>& part, int width) {
+    std::vector<std::int32_t> rows, others;
+    for (auto begin = part.begin(); begin != part.end();) {
+        auto end = begin + 1;
+        while (end != part.end() && end - begin < width && follows(cells[end[-1]], cells[*end]))
+            ++end;
+        auto& list = end - begin == width ? rows : others;
+        list.insert(list.end(), begin, end);
+        begin = end;
+    }
+    rows.insert(rows.end(), others.begin(), others.end());
+    part = std::move(rows);
+}
+
 template <class Nodes>
 BatchParts part_lanes(std::span<const Nodes> tets, int parts, int width) {
     std::size_t nodes = 0;
@@ -114,6 +138,7 @@ BatchParts part_lanes(std::span<const Nodes> tets, int parts, int width) {
         cut.pop_back();
         result.rounds.emplace_back();
         for (std::vector<std::int32_t>& part : cut) {
+            if constexpr (std::tuple_size_v<Nodes> == 8) put_rows_first(tets, part, width);
             part.resize((part.size() + width - 1) / width * width, -1);
             const std::size_t begin = result.tet_of_lane.size() / width;
             result.tet_of_lane.insert(result.tet_of_lane.end(), part.begin(), part.end());
@@ -161,6 +186,28 @@ TetBatches<Real, nodes>::TetBatches(const ElementOf& element, std::span<const No
         b.mu[lane] = static_cast<Real>(volume * of_tet.mu);
         for (int i = 0; i < nodes; ++i) b.offset[i][lane] = 3 * tets[e][i];
     }
+    if constexpr (nodes == 8) {
+        find_rows(tets);
+        const bool are_bodys = std::all_of(batches_.begin(), batches_.end(), [](const auto& b) {
+            for (const int m : {1, 2, 3, 5, 6, 7})
+                for (const Real g : b.gradients[m])
+                    if (g != 0) return false;
+            return true;
+        });
+        if (are_bodys) axes_ = CellAxes::bodys;
+    }
+}
+
+template <class Real, int nodes>
+void TetBatches<Real, nodes>::find_rows(std::span<const Nodes> cells) {
+    if constexpr (nodes == 8)
+        for (std::size_t k = 0; k < batches_.size(); ++k) {
+            const std::int32_t* lanes = tet_of_lane_.data() + k * batch_width<Real>;
+            bool& is_row = batches_[k].is_row;
+            is_row = lanes[batch_width<Real> - 1] >= 0;
+            for (int l = 1; l < batch_width<Real> && is_row; ++l)
+                is_row = follows(cells[lanes[l - 1]], cells[lanes[l]]);
+        }
 }
 
 template <class Real, int nodes>
@@ -219,12 +266,14 @@ Mat3<Real> rotations_of(const Mat3<Real>& F) {
 
 }  // namespace
 
-template <class Real, int nodes>
-void update_rotations(const TetBatches<Real, nodes>& batches, BatchRange range,
-                      std::span<const Real> u, std::span<RotationBatch<Real>> rotations) {
+namespace {
+
+template <CellAxes axes, class Real, int nodes>
+void update_rotations_along(const TetBatches<Real, nodes>& batches, BatchRange range,
+                            std::span<const Real> u, std::span<RotationBatch<Real>> rotations) {
     constexpr int points = TetBatches<Real, nodes>::points;
     for (std::size_t k = range.begin; k < range.end; ++k) {
-        const PointGradients<Real, nodes> H(batches[k], u.data());
+        const PointGradients<Real, nodes, axes> H(batches[k], u.data());
         if (rotations.size() == batches.all().end) {
             store_rotation(rotations_of(plus_identity(H.centre())), rotations[k]);
             continue;
@@ -232,6 +281,16 @@ void update_rotations(const TetBatches<Real, nodes>& batches, BatchRange range,
         for (int q = 0; q < points; ++q)
             store_rotation(rotations_of(plus_identity(H.at(q))), rotations[points * k + q]);
     }
+}
+
+}  // namespace
+
+template <class Real, int nodes>
+void update_rotations(const TetBatches<Real, nodes>& batches, BatchRange range,
+                      std::span<const Real> u, std::span<RotationBatch<Real>> rotations) {
+    along_axes(batches, [&](auto axes) {
+        update_rotations_along<decltype(axes)::value>(batches, range, u, rotations);
+    });
 }
 
 namespace {

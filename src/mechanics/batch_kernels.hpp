@@ -27,8 +27,8 @@ inline constexpr int batch_width = 32 / sizeof(Real);
 
 /// What the kernels read of `batch_width` tets of 4 or 10 nodes, or hexahedra of 8 by their corner
 /// tets (ElementShape<8>); `[..][lane]`.
-template <class Real, int nodes = 4>
-struct alignas(32) TetBatch {
+template <class Real, int nodes>
+struct alignas(32) BatchNumbers {
     Real gradients[9][batch_width<Real>];  ///< row 3 i + a: component a of g_{i+1}, 1/m; g_0 = -
                                            ///< g_1 - g_2 - g_3
     Real lambda[batch_width<Real>];        ///< volume times lambda, N m
@@ -36,6 +36,17 @@ struct alignas(32) TetBatch {
     std::int32_t offset[nodes][batch_width<Real>];  ///< 3 * node: where node i of the tet, corners
                                                     ///< first, stands in a vector of nodes
 };
+template <class Real, int nodes = 4>
+struct TetBatch : BatchNumbers<Real, nodes> {};
+template <class Real>
+struct TetBatch<Real, 8> : BatchNumbers<Real, 8> {
+    /// The cells are next to each other along x, and so are the numbers of their nodes: corner
+    /// 2 k + i of the cell in lane l is node offset[2 k][0] / 3 + l + i.
+    bool is_row = false;
+};
+
+/// Where the edges of hexahedra lead: anywhere, or x, y and z along those of the body.
+enum class CellAxes { any, bodys };
 
 /// A rotation for each tet of a batch, as the unit quaternion w, x, y, z: four numbers to keep and
 /// to read in place of a matrix's nine. Tets of ten nodes have one batch of rotations for each
@@ -64,7 +75,7 @@ struct BatchParts {
 /// The first round has `parts` parts of consecutive tets, about as many to each, in batches of
 /// `width`. Tets that touch nodes of an earlier part than their own are cut again for the next
 /// round, into half as many parts. Few are where tets that are near in space are near in number
-/// (sort_for_locality).
+/// (sort_for_locality). Of hexahedra, a part has those of whole rows first (TetBatch<Real, 8>).
 BatchParts part_batches(std::span<const std::array<std::int32_t, 4>> tets, int parts, int width);
 BatchParts part_batches(std::span<const std::array<std::int32_t, 10>> tets, int parts, int width);
 BatchParts part_batches(std::span<const std::array<std::int32_t, 8>> cells, int parts, int width);
@@ -90,14 +101,18 @@ class TetBatches {
     }
     BatchRange all() const { return {0, batches_.size()}; }
     const TetBatch<Real, nodes>& operator[](std::size_t batch) const { return batches_[batch]; }
+    CellAxes axes() const { return axes_; }
     /// A rotation store filled with identities: one for each point of each batch.
     std::vector<RotationBatch<Real>> make_rotations() const;
     /// The same where no tet turns: one identity for all batches.
     static std::vector<RotationBatch<Real>> make_fixed_rotations();
 
   private:
+    void find_rows(std::span<const Nodes> cells);
+
     std::vector<std::int32_t> tet_of_lane_;
     std::vector<TetBatch<Real, nodes>> batches_;
+    CellAxes axes_ = CellAxes::any;
 };
 
 /// Rotations of a batch; a store of size one serves all batches.

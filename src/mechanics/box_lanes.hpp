@@ -1,8 +1,6 @@
 #pragma once
 
-#include <optional>
-
-#include "mechanics/lanes.hpp"
+#include "mechanics/corner_lanes.hpp"
 
 /// Products with the stiffness of boxes, eight in the lanes of a register.
 ///
@@ -26,7 +24,9 @@
 /// than the other, and steps too long: there the eight points are needed.
 namespace livetet::lanes {
 
-/// A box in each lane, all alike.
+/// A box in each lane, all alike. Where their axes are the body's, R's columns are the axes of a
+/// turned one, and the derivatives by the axes are the gradient's columns.
+template <CellAxes axes>
 class Boxes {
   public:
     /// Those of the grid that a batch is of: all cells of a grid are equal.
@@ -42,19 +42,27 @@ class Boxes {
     }
     /// Whether the cells are boxes: their axes at right angles, to single precision.
     bool are_boxes() const {
+        if constexpr (axes == CellAxes::bodys) return true;
         for (int d = 0; d < 3; ++d) {
             const float *a = unit_[d], *b = unit_[(d + 1) % 3];
             if (!(std::abs(a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) < 1e-5F)) return false;
         }
         return true;
     }
-    const Vec3<float>& axis(int d) const { return axes_[d]; }
+    /// An axis of those turned by R.
+    Vec3<float> turned_axis(const Mat3<float>& R, int d) const {
+        if constexpr (axes == CellAxes::bodys)
+            return d == 0 ? R.x : d == 1 ? R.y : R.z;
+        else
+            return R * axes_[d];
+    }
     /// 1 / (4 L), 1/m.
     Lanes<float> scale(int d) const { return all_lanes(scale_[d]); }
 
     /// The gradient in the middle, by the modes along single axes.
     Mat3<float> mean_gradient(const Vec3<float> (&modes)[8]) const {
         const Vec3<float> D[3] = {scale(0) * modes[1], scale(1) * modes[2], scale(2) * modes[4]};
+        if constexpr (axes == CellAxes::bodys) return {D[0], D[1], D[2]};
         const auto column = [&](auto part) {
             return part(axes_[0]) * D[0] + part(axes_[1]) * D[1] + part(axes_[2]) * D[2];
         };
@@ -64,7 +72,7 @@ class Boxes {
     }
     /// The forces of the same modes by a mean stress P, N m with the volume.
     void set_mean_forces(const Mat3<float>& P, Vec3<float> (&forces)[8]) const {
-        for (int b = 0; b < 3; ++b) forces[1 << b] = scale(b) * (P * axes_[b]);
+        for_each_index<3>([&](auto b) { forces[1 << b] = scale(b) * turned_axis(P, b); });
     }
 
   private:
@@ -72,47 +80,58 @@ class Boxes {
     Vec3<float> axes_[3];
 };
 
-/// The boxes of a range of batches, if they are boxes with one rotation each; else nothing.
-inline std::optional<Boxes> boxes_of(const TetBatches<float, 8>& batches, BatchRange range,
-                                     std::span<const RotationBatch<float>> rotations) {
-    if (range.begin == range.end || rotations.size() == batches.points * batches.all().end)
-        return {};
-    const Boxes boxes(batches[range.begin]);
-    return boxes.are_boxes() ? std::optional(boxes) : std::nullopt;
+/// with_boxes(the boxes of a range of batches), if they are boxes with one rotation each; else
+/// without().
+template <class WithBoxes, class Without>
+void if_boxes(const TetBatches<float, 8>& batches, BatchRange range,
+              std::span<const RotationBatch<float>> rotations, WithBoxes&& with_boxes,
+              Without&& without) {
+    along_axes(batches, [&](auto axes) {
+        if (range.begin == range.end || rotations.size() == batches.points * batches.all().end)
+            return without();
+        const Boxes<decltype(axes)::value> boxes(batches[range.begin]);
+        boxes.are_boxes() ? with_boxes(boxes) : without();
+    });
+}
+
+/// work(c, c with its bit set) of each pair of numbers that differ in a bit, bit by bit.
+template <class Work>
+void for_each_pair(Work&& work) {
+    for_each_index<12>([&](auto k) {
+        constexpr int bit = 1 << k / 4, rest = k % 4, low = rest & (bit - 1);
+        constexpr int c = (rest - low) * 2 + low;
+        work(std::integral_constant<int, c>(), std::integral_constant<int, c | bit>());
+    });
 }
 
 /// T_m of the corners' values, in their place.
 inline void to_modes(Vec3<float> (&v)[8]) {
-    for (int bit = 1; bit < 8; bit *= 2)
-        for (int c = 0; c < 8; ++c)
-            if (!(c & bit)) {
-                const Vec3<float> low = v[c], high = v[c | bit];
-                v[c] = low + high;
-                v[c | bit] = high - low;
-            }
+    for_each_pair([&](auto lower, auto upper) {
+        const Vec3<float> low = v[lower], high = v[upper];
+        v[lower] = low + high;
+        v[upper] = high - low;
+    });
 }
 
 /// The transpose.
 inline void to_corners(Vec3<float> (&f)[8]) {
-    for (int bit = 1; bit < 8; bit *= 2)
-        for (int c = 0; c < 8; ++c)
-            if (!(c & bit)) {
-                const Vec3<float> even = f[c], odd = f[c | bit];
-                f[c] = even - odd;
-                f[c | bit] = even + odd;
-            }
+    for_each_pair([&](auto lower, auto upper) {
+        const Vec3<float> even = f[lower], odd = f[upper];
+        f[lower] = even - odd;
+        f[upper] = even + odd;
+    });
 }
 
 /// T_m of the values of v at the corners.
 inline void gather_modes(const TetBatch<float, 8>& b, const float* v, Vec3<float> (&modes)[8]) {
-    for (int c = 0; c < 8; ++c) modes[c] = gather(v, b.offset[c]);
+    gather_corners(b, v, modes);
     to_modes(modes);
 }
 
 /// Adds the forces of modes to f at the corners.
 inline void scatter_modes(const TetBatch<float, 8>& b, Vec3<float> (&forces)[8], float* f) {
     to_corners(forces);
-    for (int c = 0; c < 8; ++c) scatter_add(forces[c], b.offset[c], f);
+    scatter_add_corners(b, forces, f);
 }
 
 /// Number a of a vector.
@@ -123,44 +142,51 @@ auto& component(V& v, int a) {
 
 /// Adds part n of Hooke's law to the forces of the modes, all in the box's axes; the moduli are
 /// multiplied by V 3^-|n|.
-template <int n>
-void add_part(const Lanes<float>& lambda, const Lanes<float>& mu, const Boxes& boxes,
+template <int n, CellAxes axes>
+void add_part(const Lanes<float>& lambda, const Lanes<float>& mu, const Boxes<axes>& boxes,
               const Vec3<float> (&modes)[8], Vec3<float> (&forces)[8]) {
     Vec3<float> D[3]{};
     Lanes<float> trace{};
-    for (int b = 0; b < 3; ++b) {
-        if (n >> b & 1) continue;
-        D[b] = boxes.scale(b) * modes[n | 1 << b];
-        trace += component(D[b], b);
-    }
-    for (int b = 0; b < 3; ++b) {
-        if (n >> b & 1) continue;
-        Vec3<float> stress;
-        for (int a = 0; a < 3; ++a)
-            component(stress, a) = a == b       ? lambda * trace + 2 * mu * component(D[b], b)
-                                   : n >> a & 1 ? mu * component(D[b], a)
-                                                : mu * (component(D[b], a) + component(D[a], b));
-        Vec3<float>& force = forces[n | 1 << b];
-        force = force + boxes.scale(b) * stress;
-    }
+    for_each_index<3>([&](auto b) {
+        if constexpr (!(n >> b & 1)) {
+            D[b] = boxes.scale(b) * modes[n | 1 << b];
+            trace += component(D[b], b);
+        }
+    });
+    for_each_index<3>([&](auto b) {
+        if constexpr (!(n >> b & 1)) {
+            Vec3<float> stress;
+            for_each_index<3>([&](auto a) {
+                component(stress, a) = a == b ? lambda * trace + 2 * mu * component(D[b], b)
+                                       : n >> a & 1
+                                           ? mu * component(D[b], a)
+                                           : mu * (component(D[b], a) + component(D[a], b));
+            });
+            Vec3<float>& force = forces[n | 1 << b];
+            force = force + boxes.scale(b) * stress;
+        }
+    });
 }
 
 /// Whether the strain is moderate in every lane, of cells with the modes T_m and the gradient H in
 /// their middle: |F^T F - I| < 1 and det F > 1/10 there, and the gradients at the points are within
 /// 0.2 of H, RMS.
-inline bool are_moderate(const Boxes& boxes, const Mat3<float>& H, const Vec3<float> (&modes)[8]) {
+template <CellAxes axes>
+bool are_moderate(const Boxes<axes>& boxes, const Mat3<float>& H, const Vec3<float> (&modes)[8]) {
     const Mat3<float> F = plus_identity(H),
                       strain = plus_diagonal(transposed(F) * F, all_lanes(-1.0F));
     Lanes<float> beside{};
-    for (int n = 1; n < 7; ++n) {
+    for_each_index<6>([&](auto k) {
+        constexpr int n = k + 1;
         Lanes<float> of_part{};
-        for (int b = 0; b < 3; ++b)
-            if (!(n >> b & 1)) {
+        for_each_index<3>([&](auto b) {
+            if constexpr (!(n >> b & 1)) {
                 const Vec3<float> D = boxes.scale(b) * modes[n | 1 << b];
                 of_part += dot(D, D);
             }
+        });
         beside += (n == 1 || n == 2 || n == 4 ? 1.0F / 3 : 1.0F / 9) * of_part;
-    }
+    });
     const auto is_moderate =
         (dot(strain, strain) < 1.0F) & (beside < 0.04F) & (dot(F.x, cross(F.y, F.z)) > 0.1F);
     return !any(~is_moderate);
@@ -168,13 +194,19 @@ inline bool are_moderate(const Boxes& boxes, const Mat3<float>& H, const Vec3<fl
 
 /// The forces of the six parts beside that of the mean gradient, in cells turned by R. Modes and
 /// forces are in the body's axes.
-inline void add_parts_beside_mean(const Lanes<float>& lambda, const Lanes<float>& mu,
-                                  const Boxes& boxes, const Mat3<float>& R,
-                                  const Vec3<float> (&modes)[8], Vec3<float> (&forces)[8]) {
-    const Vec3<float> axes[3] = {R * boxes.axis(0), R * boxes.axis(1), R * boxes.axis(2)};
+template <CellAxes of_boxes>
+void add_parts_beside_mean(const Lanes<float>& lambda, const Lanes<float>& mu,
+                           const Boxes<of_boxes>& boxes, const Mat3<float>& R,
+                           const Vec3<float> (&modes)[8], Vec3<float> (&forces)[8]) {
+    const Vec3<float> axes[3] = {boxes.turned_axis(R, 0), boxes.turned_axis(R, 1),
+                                 boxes.turned_axis(R, 2)};
     Vec3<float> in_box[8], sum[8]{};
-    for (const int m : {3, 5, 6, 7})  // these parts have the modes of two axes and of three
+    // These parts have the modes of two axes and of three.
+    constexpr int with_parts[] = {3, 5, 6, 7};
+    for_each_index<4>([&](auto k) {
+        constexpr int m = with_parts[k];
         in_box[m] = {dot(axes[0], modes[m]), dot(axes[1], modes[m]), dot(axes[2], modes[m])};
+    });
     const Lanes<float> third = all_lanes(1.0F / 3), ninth = all_lanes(1.0F / 9);
     const Lanes<float> lambda_1 = third * lambda, mu_1 = third * mu, lambda_2 = ninth * lambda,
                        mu_2 = ninth * mu;
@@ -184,8 +216,10 @@ inline void add_parts_beside_mean(const Lanes<float>& lambda, const Lanes<float>
     add_part<3>(lambda_2, mu_2, boxes, in_box, sum);
     add_part<5>(lambda_2, mu_2, boxes, in_box, sum);
     add_part<6>(lambda_2, mu_2, boxes, in_box, sum);
-    for (const int m : {3, 5, 6, 7})
+    for_each_index<4>([&](auto k) {
+        constexpr int m = with_parts[k];
         forces[m] = sum[m].x * axes[0] + sum[m].y * axes[1] + sum[m].z * axes[2];
+    });
 }
 
 }  // namespace livetet::lanes

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "mechanics/corner_lanes.hpp"
 #include "mechanics/hex_kernels.hpp"
-#include "mechanics/lanes.hpp"
 
 /// Hexahedra in lanes; see PointGradients and PointForces of lanes.hpp.
 ///
@@ -11,7 +11,9 @@
 ///     du/dx (y, z) = sum_jk y_j z_k e_jk,   y_0 = 1 - y, y_1 = y.
 ///
 /// Gauss's points have two values of each coordinate, so that four values of du/dx serve all eight:
-/// twelve vectors for the three axes. Forces go the same way back.
+/// twelve vectors for the three axes. Forces go the same way back. Where a cell's edges lie along
+/// the body's axes, du/dx times 1 / edge is a column of H: the twelve vectors are scaled once, and
+/// no point takes a product by the axes.
 namespace livetet::lanes {
 
 /// Four values at the corners of a square, number a + 2 b, and at its Gauss points. Interpolation
@@ -35,19 +37,33 @@ constexpr int in_square(int number, int axis) {
     return low | (number >> (axis + 1)) << axis;
 }
 
+/// 1 / edge along an axis, of gradients along the axes.
 template <class Real>
-class PointGradients<Real, 8> {
+const Lanes<Real>& diagonal_of(const Mat3<Real>& g, int axis) {
+    return axis == 0 ? g.x.x : axis == 1 ? g.y.y : g.z.z;
+}
+
+/// The way back, with the bit 0.
+constexpr int lower_corner(int in_square, int axis) {
+    const int low = in_square & ((1 << axis) - 1);
+    return (in_square - low) * 2 + low;
+}
+
+template <class Real, CellAxes axes>
+class PointGradients<Real, 8, axes> {
   public:
     PointGradients(const TetBatch<Real, 8>& b, const Real* u) : g_(load_matrix<Real>(b.gradients)) {
         Vec3<Real> corners[8];
-        for (int c = 0; c < 8; ++c) corners[c] = gather(u, b.offset[c]);
-        for (int axis = 0; axis < 3; ++axis) {
+        gather_corners(b, u, corners);
+        for_each_index<3>([&](auto axis) {
             OfSquare<Real> edges;
-            for (int c = 0; c < 8; ++c)
-                if (!(c >> axis & 1))
-                    edges[in_square(c, axis)] = corners[c | 1 << axis] - corners[c];
+            for_each_index<4>([&](auto k) {
+                constexpr int c = lower_corner(k, axis);
+                edges[k] = corners[c | 1 << axis] - corners[c];
+                if constexpr (axes == CellAxes::bodys) edges[k] = diagonal_of(g_, axis) * edges[k];
+            });
             along_[axis] = between_corners_and_points(edges);
-        }
+        });
     }
     Mat3<Real> at(int q) const {
         return gradient(
@@ -57,15 +73,17 @@ class PointGradients<Real, 8> {
     Mat3<Real> centre() const {
         const Lanes<Real> quarter = all_lanes<Real>(Real(0.25));
         Vec3<Real> mean[3];
-        for (int axis = 0; axis < 3; ++axis)
-            mean[axis] =
-                quarter * (along_[axis][0] + along_[axis][1] + along_[axis][2] + along_[axis][3]);
+        for_each_index<3>([&](auto axis) {
+            const OfSquare<Real>& at = along_[axis];
+            mean[axis] = quarter * (at[0] + at[1] + at[2] + at[3]);
+        });
         return gradient({mean[0], mean[1], mean[2]});
     }
 
   private:
     /// sum_d (du / dx_d) g_d^T.
     Mat3<Real> gradient(const Mat3<Real>& D) const {
+        if constexpr (axes == CellAxes::bodys) return D;
         return {D * Vec3<Real>{g_.x.x, g_.y.x, g_.z.x}, D * Vec3<Real>{g_.x.y, g_.y.y, g_.z.y},
                 D * Vec3<Real>{g_.x.z, g_.y.z, g_.z.z}};
     }
@@ -74,30 +92,40 @@ class PointGradients<Real, 8> {
     OfSquare<Real> along_[3];
 };
 
-template <class Real>
-class PointForces<Real, 8> {
+template <class Real, CellAxes axes>
+class PointForces<Real, 8, axes> {
   public:
     explicit PointForces(const TetBatch<Real, 8>& b) : b_(b), g_(load_matrix<Real>(b.gradients)) {}
     void add(int q, const Mat3<Real>& P) {
-        const Vec3<Real> of_axis[3] = {P * g_.x, P * g_.y, P * g_.z};
-        for (int axis = 0; axis < 3; ++axis) {
+        const Vec3<Real> of_axis[3] = {along(P, P.x, g_.x), along(P, P.y, g_.y),
+                                       along(P, P.z, g_.z)};
+        for_each_index<3>([&](auto axis) {
             Vec3<Real>& sum = along_[axis][in_square(q, axis)];
             sum = sum + of_axis[axis];
-        }
+        });
     }
     void scatter(Real* f) const {
         Vec3<Real> corners[8]{};
-        for (int axis = 0; axis < 3; ++axis) {
+        for_each_index<3>([&](auto axis) {
             const OfSquare<Real> edges = between_corners_and_points(along_[axis]);
-            for (int c = 0; c < 8; ++c) {
-                const Vec3<Real>& edge = edges[in_square(c, axis)];
-                corners[c] = c >> axis & 1 ? corners[c] + edge : corners[c] - edge;
-            }
-        }
-        for (int c = 0; c < 8; ++c) scatter_add(corners[c], b_.offset[c], f);
+            for_each_index<4>([&](auto k) {
+                constexpr int c = lower_corner(k, axis), next = c | 1 << axis;
+                Vec3<Real> edge = edges[k];
+                if constexpr (axes == CellAxes::bodys) edge = diagonal_of(g_, axis) * edge;
+                corners[c] = corners[c] - edge;
+                corners[next] = corners[next] + edge;
+            });
+        });
+        scatter_add_corners(b_, corners, f);
     }
 
   private:
+    /// P g, or the column of P that is along g: g's length is left for later.
+    static Vec3<Real> along(const Mat3<Real>& P, const Vec3<Real>& column, const Vec3<Real>& g) {
+        if constexpr (axes == CellAxes::bodys) return column;
+        return P * g;
+    }
+
     const TetBatch<Real, 8>& b_;
     Mat3<Real> g_;
     OfSquare<Real> along_[3]{};

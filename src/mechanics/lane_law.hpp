@@ -42,9 +42,12 @@ class LaneLaw : public BatchLaw {
                                      std::span<float> f) const override {
         add_all_forces(batches, range, rotations, u, f);
     }
-    void add_forces(const TetBatches<float, 8>& batches, BatchRange range, Rotations rotations,
-                    std::span<const float> u, std::span<float> f) const override {
-        add_all_forces(batches, range, rotations, u, f);
+    [[gnu::flatten]] void add_forces(const TetBatches<float, 8>& batches, BatchRange range,
+                                     Rotations rotations, std::span<const float> u,
+                                     std::span<float> f) const override {
+        lanes::along_axes(batches, [&](auto axes) {
+            add_all_forces<decltype(axes)::value>(batches, range, rotations, u, f);
+        });
     }
     [[gnu::flatten]] void add_stiffness_times(float factor, const TetBatches<float>& batches,
                                               BatchRange range, Rotations rotations,
@@ -52,18 +55,21 @@ class LaneLaw : public BatchLaw {
                                               std::span<float> f) const override {
         add_products(factor, batches, range, rotations, u, v, f);
     }
-    void add_stiffness_times(float factor, const TetBatches<float, 10>& batches, BatchRange range,
-                             Rotations rotations, std::span<const float> u,
-                             std::span<const float> v, std::span<float> f) const override {
+    [[gnu::flatten]] void add_stiffness_times(float factor, const TetBatches<float, 10>& batches,
+                                              BatchRange range, Rotations rotations,
+                                              std::span<const float> u, std::span<const float> v,
+                                              std::span<float> f) const override {
         add_products(factor, batches, range, rotations, u, v, f);
     }
     void add_stiffness_times(float factor, const TetBatches<float, 8>& batches, BatchRange range,
                              Rotations rotations, std::span<const float> u,
                              std::span<const float> v, std::span<float> f) const override {
-        if (const auto boxes = lanes::boxes_of(batches, range, rotations))
-            add_box_products(factor, *boxes, batches, range, rotations, u, v, f);
-        else
-            add_products(factor, batches, range, rotations, u, v, f);
+        lanes::if_boxes(
+            batches, range, rotations,
+            [&](const auto& boxes) {
+                add_box_products(factor, boxes, batches, range, rotations, u, v, f);
+            },
+            [&] { add_point_products(factor, batches, range, rotations, u, v, f); });
     }
     const MixedLaw& mixed() const override {
         static const LaneMixedLaw<Law> law;
@@ -101,7 +107,7 @@ class LaneLaw : public BatchLaw {
             return Matrix{};
     }
 
-    template <int nodes>
+    template <CellAxes axes = CellAxes::any, int nodes>
     static void add_all_forces(const TetBatches<float, nodes>& batches, BatchRange range,
                                Rotations rotations, std::span<const float> u, std::span<float> f) {
         constexpr int points = TetBatches<float, nodes>::points;
@@ -110,12 +116,12 @@ class LaneLaw : public BatchLaw {
             const auto& b = batches[k];
             const Number lambda = share * lanes::load<float>(b.lambda),
                          mu = share * lanes::load<float>(b.mu);
-            const lanes::PointGradients<float, nodes> H(b, u.data());
-            lanes::PointForces<float, nodes> forces(b);
-#pragma GCC unroll 4
-            for (int q = 0; q < points; ++q)
+            const lanes::PointGradients<float, nodes, axes> H(b, u.data());
+            lanes::PointForces<float, nodes, axes> forces(b);
+            lanes::for_each_index<points>([&](auto q) {
                 forces.add(q, Law::stress(lambda, mu, H.at(q),
                                           rotation_at<points>(rotations, batches.all().end, k, q)));
+            });
             forces.scatter(f.data());
         }
     }
@@ -133,17 +139,27 @@ class LaneLaw : public BatchLaw {
             const Gradients<nodes> H(b, u.data());
             const lanes::PointGradients<float, nodes> dF(b, v.data());
             lanes::PointForces<float, nodes> forces(b);
-#pragma GCC unroll 4
-            for (int q = 0; q < points; ++q)
+            lanes::for_each_index<points>([&](auto q) {
                 forces.add(q, increment(lambda, mu, H.at(q),
                                         rotation_at<points>(rotations, batches.all().end, k, q),
                                         dF.at(q)));
+            });
             forces.scatter(f.data());
         }
     }
 
+    /// The products of boxes whose strain is not moderate: few, and kept apart from the others.
+    [[gnu::noinline]] static void add_point_products(float factor,
+                                                     const TetBatches<float, 8>& batches,
+                                                     BatchRange range, Rotations rotations,
+                                                     std::span<const float> u,
+                                                     std::span<const float> v, std::span<float> f) {
+        add_products(factor, batches, range, rotations, u, v, f);
+    }
+
     /// See box_lanes.hpp.
-    [[gnu::flatten]] static void add_box_products(float factor, const lanes::Boxes& boxes,
+    template <CellAxes axes>
+    [[gnu::flatten]] static void add_box_products(float factor, const lanes::Boxes<axes>& boxes,
                                                   const TetBatches<float, 8>& batches,
                                                   BatchRange range, Rotations rotations,
                                                   std::span<const float> u,
@@ -160,7 +176,7 @@ class LaneLaw : public BatchLaw {
                 lanes::gather_modes(b, u.data(), modes);
                 H = boxes.mean_gradient(modes);
                 if (!lanes::are_moderate(boxes, H, modes)) {
-                    add_products(factor, batches, {k, k + 1}, rotations, u, v, f);
+                    add_point_products(factor, batches, {k, k + 1}, rotations, u, v, f);
                     continue;
                 }
             }

@@ -23,12 +23,13 @@ class PointPressures {
     PointPressures(const MixedTets<nodes>& tets, std::size_t k, std::span<const float> p) {
         if (p.empty()) return;
         const auto& b = tets.batches[k];
-        for (int i = 0; i < 4; ++i)
+        for_each_index<4>([&](auto i) {
             for (int l = 0; l < batch_width<float>; ++l) p_[i][l] = p[b.offset[i][l] / 3];
+        });
     }
     Lanes<float> at(int q) const {
-        Lanes<float> sum = linear_shape<nodes>(0, q) * p_[0];
-        for (int i = 1; i < 4; ++i) sum += linear_shape<nodes>(i, q) * p_[i];
+        Lanes<float> sum{};
+        for_each_index<4>([&](auto i) { sum += linear_shape<nodes>(i, q) * p_[i]; });
         return sum;
     }
 
@@ -56,13 +57,14 @@ template <int nodes>
 class PointVolumes {
   public:
     void add(int q, const Lanes<float>& theta) {
-        for (int i = 0; i < 4; ++i) g_[i] += linear_shape<nodes>(i, q) * theta;
+        for_each_index<4>([&](auto i) { g_[i] += linear_shape<nodes>(i, q) * theta; });
     }
     void scatter(const MixedTets<nodes>& tets, std::size_t k, std::span<float> g) const {
         if (g.empty()) return;
         const auto& b = tets.batches[k];
-        for (int i = 0; i < 4; ++i)
+        for_each_index<4>([&](auto i) {
             for (int l = 0; l < batch_width<float>; ++l) g[b.offset[i][l] / 3] += g_[i][l];
+        });
     }
 
   private:
@@ -125,45 +127,48 @@ class LaneMixedLaw final : public MixedLaw {
                                      const MixedForces& to) const override {
         add_all_forces(tets, at, to);
     }
-    void add_forces(const MixedTets<10>& tets, const MixedValues& at,
-                    const MixedForces& to) const override {
+    [[gnu::flatten]] void add_forces(const MixedTets<10>& tets, const MixedValues& at,
+                                     const MixedForces& to) const override {
         add_all_forces(tets, at, to);
     }
-    void add_forces(const MixedTets<8>& cells, const MixedValues& at,
-                    const MixedForces& to) const override {
-        add_all_forces(cells, at, to);
+    [[gnu::flatten]] void add_forces(const MixedTets<8>& cells, const MixedValues& at,
+                                     const MixedForces& to) const override {
+        lanes::along_axes(cells.batches,
+                          [&](auto axes) { add_all_forces<decltype(axes)::value>(cells, at, to); });
     }
     [[gnu::flatten]] void add_products(const MixedTets<4>& tets, float factor,
                                        const MixedValues& at, const MixedValues& v,
                                        const MixedForces& to) const override {
         add_all_products(tets, factor, at, v, to);
     }
-    void add_products(const MixedTets<10>& tets, float factor, const MixedValues& at,
-                      const MixedValues& v, const MixedForces& to) const override {
+    [[gnu::flatten]] void add_products(const MixedTets<10>& tets, float factor,
+                                       const MixedValues& at, const MixedValues& v,
+                                       const MixedForces& to) const override {
         add_all_products(tets, factor, at, v, to);
     }
     void add_products(const MixedTets<8>& cells, float factor, const MixedValues& at,
                       const MixedValues& v, const MixedForces& to) const override {
-        if (const auto boxes = lanes::boxes_of(cells.batches, cells.range, cells.rotations))
-            add_box_products(*boxes, cells, factor, at, v, to);
-        else
-            add_all_products(cells, factor, at, v, to);
+        lanes::if_boxes(
+            cells.batches, cells.range, cells.rotations,
+            [&](const auto& boxes) { add_box_products(boxes, cells, factor, at, v, to); },
+            [&] { add_point_products(cells, factor, at, v, to); });
     }
     [[gnu::flatten]] void add_pressure_forces(const MixedTets<4>& tets, const MixedValues& at,
                                               std::span<const float> q,
                                               std::span<float> f) const override {
         add_all_pressure_forces(tets, at, q, f);
     }
-    void add_pressure_forces(const MixedTets<10>& tets, const MixedValues& at,
-                             std::span<const float> q, std::span<float> f) const override {
+    [[gnu::flatten]] void add_pressure_forces(const MixedTets<10>& tets, const MixedValues& at,
+                                              std::span<const float> q,
+                                              std::span<float> f) const override {
         add_all_pressure_forces(tets, at, q, f);
     }
     void add_pressure_forces(const MixedTets<8>& cells, const MixedValues& at,
                              std::span<const float> q, std::span<float> f) const override {
-        if (const auto boxes = lanes::boxes_of(cells.batches, cells.range, cells.rotations))
-            add_box_pressure_forces(*boxes, cells, at, q, f);
-        else
-            add_all_pressure_forces(cells, at, q, f);
+        lanes::if_boxes(
+            cells.batches, cells.range, cells.rotations,
+            [&](const auto& boxes) { add_box_pressure_forces(boxes, cells, at, q, f); },
+            [&] { add_point_pressure_forces(cells, at, q, f); });
     }
 
   private:
@@ -185,24 +190,23 @@ class LaneMixedLaw final : public MixedLaw {
         return (tets.per_modulus / points<nodes>)*lanes::load<float>(b.lambda);
     }
 
-    template <int nodes>
+    template <CellAxes axes = CellAxes::any, int nodes>
     static void add_all_forces(const MixedTets<nodes>& tets, const MixedValues& at,
                                const MixedForces& to) {
         const Number share = lanes::all_lanes(1.0F / points<nodes>);
         for (std::size_t k = tets.range.begin; k < tets.range.end; ++k) {
             const auto& b = tets.batches[k];
             const Number mu = share * lanes::load<float>(b.mu), w = volume(tets, b);
-            const lanes::PointGradients<float, nodes> H(b, at.u.data());
+            const lanes::PointGradients<float, nodes, axes> H(b, at.u.data());
             const lanes::PointPressures<nodes> p(tets, k, at.p);
-            lanes::PointForces<float, nodes> forces(b);
+            lanes::PointForces<float, nodes, axes> forces(b);
             lanes::PointVolumes<nodes> volumes;
-#pragma GCC unroll 4
-            for (int q = 0; q < points<nodes>; ++q) {
+            lanes::for_each_index<points<nodes>>([&](auto q) {
                 const Matrix Hq = H.at(q), R = rotation_at(tets, k, q);
                 forces.add(q, Law::stress(Number{}, mu, Hq, R) +
                                   (w * p.at(q)) * Law::volume_gradient(Hq, R));
                 volumes.add(q, w * Law::volume_strain(Hq, R));
-            }
+            });
             forces.scatter(to.f.data());
             volumes.scatter(tets, k, to.g);
         }
@@ -219,15 +223,14 @@ class LaneMixedLaw final : public MixedLaw {
             const lanes::PointPressures<nodes> p(tets, k, at.p), dp(tets, k, v.p);
             lanes::PointForces<float, nodes> forces(b);
             lanes::PointVolumes<nodes> volumes;
-#pragma GCC unroll 4
-            for (int q = 0; q < points<nodes>; ++q) {
+            lanes::for_each_index<points<nodes>>([&](auto q) {
                 const Matrix Hq = H.at(q), dFq = dF.at(q), R = rotation_at(tets, k, q),
                              N = Law::volume_gradient(Hq, R);
                 forces.add(q, Law::increment(Number{}, mu, Hq, R, dFq) +
                                   (factor * w * p.at(q)) * Law::volume_curvature(Hq, R, dFq) +
                                   (w * dp.at(q)) * N);
                 volumes.add(q, w * lanes::dot(N, dFq));
-            }
+            });
             forces.scatter(to.f.data());
             volumes.scatter(tets, k, to.g);
         }
@@ -242,12 +245,25 @@ class LaneMixedLaw final : public MixedLaw {
             const lanes::PointGradients<float, nodes> H(b, at.u.data());
             const lanes::PointPressures<nodes> p(tets, k, pressures);
             lanes::PointForces<float, nodes> forces(b);
-#pragma GCC unroll 4
-            for (int q = 0; q < points<nodes>; ++q)
+            lanes::for_each_index<points<nodes>>([&](auto q) {
                 forces.add(q,
                            (w * p.at(q)) * Law::volume_gradient(H.at(q), rotation_at(tets, k, q)));
+            });
             forces.scatter(f.data());
         }
+    }
+
+    // Of boxes whose strain is not moderate: few, and kept apart from the others.
+    [[gnu::noinline]] static void add_point_products(const MixedTets<8>& cells, float factor,
+                                                     const MixedValues& at, const MixedValues& v,
+                                                     const MixedForces& to) {
+        add_all_products(cells, factor, at, v, to);
+    }
+    [[gnu::noinline]] static void add_point_pressure_forces(const MixedTets<8>& cells,
+                                                            const MixedValues& at,
+                                                            std::span<const float> q,
+                                                            std::span<float> f) {
+        add_all_pressure_forces(cells, at, q, f);
     }
 
     /// A batch of boxes at a displacement.
@@ -256,7 +272,8 @@ class LaneMixedLaw final : public MixedLaw {
         Matrix H{}, R;            ///< in the middle, of the cell
         bool is_moderate = true;  ///< also where the law does not ask
 
-        BoxState(const lanes::Boxes& boxes, const MixedTets<8>& cells, std::size_t k,
+        template <CellAxes axes>
+        BoxState(const lanes::Boxes<axes>& boxes, const MixedTets<8>& cells, std::size_t k,
                  const MixedValues& at)
             : batch{cells.batches, cells.per_modulus, {k, k + 1}, cells.rotations},
               R(lanes::load_rotation(rotation_of_batch(cells.rotations, k))) {
@@ -270,14 +287,15 @@ class LaneMixedLaw final : public MixedLaw {
     };
 
     /// Pressures act on the mean gradient, with N in the cell's middle.
-    [[gnu::flatten]] static void add_box_products(const lanes::Boxes& boxes,
+    template <CellAxes axes>
+    [[gnu::flatten]] static void add_box_products(const lanes::Boxes<axes>& boxes,
                                                   const MixedTets<8>& cells, float factor,
                                                   const MixedValues& at, const MixedValues& v,
                                                   const MixedForces& to) {
         for (std::size_t k = cells.range.begin; k < cells.range.end; ++k) {
             const BoxState in(boxes, cells, k, at);
             if (!in.is_moderate) {
-                add_all_products(in.batch, factor, at, v, to);
+                add_point_products(in.batch, factor, at, v, to);
                 continue;
             }
             const auto& b = cells.batches[k];
@@ -300,7 +318,8 @@ class LaneMixedLaw final : public MixedLaw {
         }
     }
 
-    [[gnu::flatten]] static void add_box_pressure_forces(const lanes::Boxes& boxes,
+    template <CellAxes axes>
+    [[gnu::flatten]] static void add_box_pressure_forces(const lanes::Boxes<axes>& boxes,
                                                          const MixedTets<8>& cells,
                                                          const MixedValues& at,
                                                          std::span<const float> q,
@@ -308,7 +327,7 @@ class LaneMixedLaw final : public MixedLaw {
         for (std::size_t k = cells.range.begin; k < cells.range.end; ++k) {
             const BoxState in(boxes, cells, k, at);
             if (!in.is_moderate) {
-                add_all_pressure_forces(in.batch, at, q, f);
+                add_point_pressure_forces(in.batch, at, q, f);
                 continue;
             }
             const auto& b = cells.batches[k];

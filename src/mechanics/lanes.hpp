@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <utility>
 
 #include "mechanics/batch_kernels.hpp"
 #include "mesh/tet_mesh.hpp"
@@ -52,6 +53,16 @@ template <class Real>
 struct Vec3 {
     Lanes<Real> x, y, z;
 };
+
+/// work(std::integral_constant<int, k>) for k from 0 to count - 1, written out: arrays that are
+/// indexed by k alone stay in registers, where a loop would keep them in memory.
+template <int count, class Work>
+constexpr void for_each_index(Work&& work) {
+    [&]<int... k>(std::integer_sequence<int, k...>) {
+        (work(std::integral_constant<int, k>()), ...);
+    }
+    (std::make_integer_sequence<int, count>());
+}
 
 // Of single precision, as the laws need them.
 inline Lanes<float> abs(const Lanes<float>& a) { return a < 0 ? -a : a; }
@@ -336,9 +347,18 @@ bool any(const Mask& mask) {
     return some;
 }
 
+/// work(axes), an std::integral_constant: CellAxes::bodys where batches are of such hexahedra.
+template <class Real, int nodes, class Work>
+void along_axes(const TetBatches<Real, nodes>& batches, Work&& work) {
+    if constexpr (nodes == 8)
+        if (batches.axes() == CellAxes::bodys)
+            return work(std::integral_constant<CellAxes, CellAxes::bodys>());
+    work(std::integral_constant<CellAxes, CellAxes::any>());
+}
+
 /// H = grad u at the quadrature points of the tets of a batch: made from u once, then asked for
 /// point by point.
-template <class Real, int nodes>
+template <class Real, int nodes, CellAxes axes = CellAxes::any>
 class PointGradients;
 
 template <class Real>
@@ -353,7 +373,7 @@ class PointGradients<Real, 4> {
 };
 
 /// The sum of the forces V_q P_q grad N_i of the points of the tets of a batch; `P`: V_q P_q, N m.
-template <class Real, int nodes>
+template <class Real, int nodes, CellAxes axes = CellAxes::any>
 class PointForces;
 
 template <class Real>
@@ -384,32 +404,37 @@ class PointGradients<Real, 10> {
   public:
     PointGradients(const TetBatch<Real, 10>& b, const Real* u)
         : g_(load_matrix<Real>(b.gradients)) {
-        for (int i = 0; i < 10; ++i) u_[i] = gather(u, b.offset[i]);
-        for (int a = 0; a < 4; ++a) {
-            Vec3<Real> sum{};
-            for (int c = 0; c < 4; ++c)
-                if (c != a) sum = sum + u_[4 + TenNodes::edge(a, c)];
+        for_each_index<10>([&](auto i) { u_[i] = gather(u, b.offset[i]); });
+        for_each_index<4>([&](auto a) {
             shared_[a] = all_lanes(static_cast<Real>(4 * TenNodes::far - 1)) * u_[a] +
-                         all_lanes(static_cast<Real>(4 * TenNodes::far)) * sum;
-        }
+                         all_lanes(static_cast<Real>(4 * TenNodes::far)) * at_edges_of(a);
+        });
     }
     Mat3<Real> at(int q) const {
         const Lanes<Real> more = all_lanes(static_cast<Real>(TenNodes::more));
         Vec3<Real> d[4];
-        for (int a = 0; a < 4; ++a)
+        for_each_index<4>([&](auto a) {
             d[a] = shared_[a] + more * (a == q ? u_[a] : u_[4 + TenNodes::edge(a, q)]);
+        });
         return gradient(d);
     }
     /// At L_a = 1/4.
     Mat3<Real> centre() const {
-        Vec3<Real> d[4]{};
-        for (int a = 0; a < 4; ++a)
-            for (int c = 0; c < 4; ++c)
-                if (c != a) d[a] = d[a] + u_[4 + TenNodes::edge(a, c)];
+        Vec3<Real> d[4];
+        for_each_index<4>([&](auto a) { d[a] = at_edges_of(a); });
         return gradient(d);
     }
 
   private:
+    /// The sum of u at the middles of the edges that meet in corner a.
+    template <class Index>
+    Vec3<Real> at_edges_of(Index a) const {
+        Vec3<Real> sum{};
+        for_each_index<4>([&](auto c) {
+            if constexpr (c != Index::value) sum = sum + u_[4 + TenNodes::edge(a, c)];
+        });
+        return sum;
+    }
     /// sum_a d_a g_a^T, g_0 minus the sum of the others.
     Mat3<Real> gradient(const Vec3<Real> (&d)[4]) const {
         const Mat3<Real> D{d[1] - d[0], d[2] - d[0], d[3] - d[0]};
@@ -428,20 +453,22 @@ class PointForces<Real, 10> {
     void add(int q, const Mat3<Real>& P) {
         Vec3<Real> t[4] = {{}, P * g_.x, P * g_.y, P * g_.z};
         t[0] = -(t[1] + t[2] + t[3]);
-        for (int a = 0; a < 4; ++a) {
+        for_each_index<4>([&](auto a) {
             sum_[a] = sum_[a] + t[a];
             Vec3<Real>& own = own_[a == q ? a : 4 + TenNodes::edge(a, q)];
             own = own + t[a];
-        }
+        });
     }
     void scatter(Real* f) const {
         const Lanes<Real> more = all_lanes(static_cast<Real>(TenNodes::more)),
                           edge = all_lanes(static_cast<Real>(4 * TenNodes::far)),
                           corner = all_lanes(static_cast<Real>(4 * TenNodes::far - 1));
-        for (int a = 0; a < 4; ++a) scatter_add(corner * sum_[a] + more * own_[a], b_.offset[a], f);
-        for (int k = 0; k < 6; ++k)
+        for_each_index<4>(
+            [&](auto a) { scatter_add(corner * sum_[a] + more * own_[a], b_.offset[a], f); });
+        for_each_index<6>([&](auto k) {
             scatter_add(edge * (sum_[tet_edges[k][0]] + sum_[tet_edges[k][1]]) + more * own_[4 + k],
                         b_.offset[4 + k], f);
+        });
     }
 
   private:

@@ -26,7 +26,8 @@ using Eigen::Matrix3d;
 
 template <int nodes>
 TetMesh block_of() {
-    if (nodes == 8) return test::hex_grid({3, 3, 2}, {1, 1.2, 0.7});
+    // Eight of nine cells of a row fill a batch; the others come together, in no row.
+    if (nodes == 8) return test::hex_grid({9, 3, 2}, {1, 1.2, 0.7});
     TetMesh tets = test::block({3, 3, 2}, {1, 1.2, 0.7});
     return nodes == 10 ? quadratic_mesh(tets) : tets;
 }
@@ -176,10 +177,15 @@ std::pair<Matrix3d, Matrix3d> mixed_product_at(const ConstitutiveModel& model,
     return {model.shear_stress_increment(mu, p, H, R, dF), model.volume_strain_gradient(H, R)};
 }
 
+Matrix3d oblique() {
+    return Eigen::AngleAxisd(0.8, Vector3(1, -2, 0.5).normalized()).toRotationMatrix();
+}
+
 /// `law` on the block in two parts against `model`, strained by about `size`.
 template <int nodes>
-void compare(const ConstitutiveModel& model, const BatchLaw& law, double size) {
-    const BentBlock<nodes> block(size);
+void compare(const ConstitutiveModel& model, const BatchLaw& law, double size,
+             const Matrix3d& axes = Matrix3d::Identity()) {
+    const BentBlock<nodes> block(size, axes);
     const TetBatches<float, nodes> batches(test::element_of(block.elements), block.tets,
                                            part_batches(block.tets, 2, batch_width<float>));
     const auto rotations = rotations_of(model, batches, block.u);
@@ -213,7 +219,10 @@ TEST(BatchLaw, ForcesAndProductsAreThoseOfTheModels) {
             compare<4>(*model, *law, size);
             compare<10>(*model, *law, size);
         }
-        for (const double size : {1e-3, 0.1, 1.5}) compare<8>(*model, *law, size);
+        for (const double size : {1e-3, 0.1, 1.5}) {
+            compare<8>(*model, *law, size);
+            compare<8>(*model, *law, size, oblique());
+        }
     }
 }
 
@@ -265,9 +274,10 @@ TEST(BatchLaw, TenNodesInDoublePrecisionAreThoseOfCorotated) {
 
 /// The mixed form of `law` against `model`: f, g and their derivative, summed point by point.
 template <int nodes>
-void compare_mixed(const ConstitutiveModel& model, const MixedLaw& law, double size) {
+void compare_mixed(const ConstitutiveModel& model, const MixedLaw& law, double size,
+                   const Matrix3d& axes = Matrix3d::Identity()) {
     using Shape = ElementShape<nodes>;
-    BentBlock<nodes> block(size);
+    BentBlock<nodes> block(size, axes);
     // The pressures of an element: of its corners, or its own, four times.
     const auto pressures_of = [&](std::size_t e) {
         const auto own = static_cast<std::int32_t>(e);
@@ -342,7 +352,10 @@ TEST(BatchLaw, TheMixedFormIsThatOfTheModels) {
             compare_mixed<4>(*model, law->mixed(), size);
             compare_mixed<10>(*model, law->mixed(), size);
         }
-        for (const double size : {1e-3, 0.1, 1.5}) compare_mixed<8>(*model, law->mixed(), size);
+        for (const double size : {1e-3, 0.1, 1.5}) {
+            compare_mixed<8>(*model, law->mixed(), size);
+            compare_mixed<8>(*model, law->mixed(), size, oblique());
+        }
     }
 }
 
@@ -367,10 +380,6 @@ void compare_rotations(const Matrix3d& axes) {
     expect_near(f, {g.begin(), g.end()}, "component");
 }
 
-Matrix3d oblique() {
-    return Eigen::AngleAxisd(0.8, Vector3(1, -2, 0.5).normalized()).toRotationMatrix();
-}
-
 TEST(BatchLaw, OneRotationAnElementIsTakenAtItsCentreAndServesAllItsPoints) {
     compare_rotations<10>(Matrix3d::Identity());
     // Boxes with one rotation have a product of their own: those of an oblique grid, too.
@@ -382,6 +391,31 @@ TEST(BatchLaw, CellsThatAreNoBoxesTakeThePointsOfAnyHexahedron) {
     Matrix3d skewed = oblique();
     skewed.col(0) += 0.3 * skewed.col(1);
     compare_rotations<8>(skewed);
+}
+
+std::vector<bool> rows_of(const BentBlock<8>& block) {
+    const TetBatches<float, 8> batches(test::element_of(block.elements), block.tets);
+    std::vector<bool> rows;
+    for (std::size_t k = 0; k < batches.all().end; ++k) rows.push_back(batches[k].is_row);
+    return rows;
+}
+
+TEST(BatchLaw, WholeRowsOfCellsComeFirstAndAreKnown) {
+    BentBlock<8> block(0.1);
+    EXPECT_EQ(rows_of(block), (std::vector{true, true, true, true, true, true, false}));
+    // What has other numbers, as nodes that a cut has doubled have, is in no row.
+    for (auto& cell : block.tets)
+        for (std::int32_t& n : cell)
+            if (n == 4) n = static_cast<std::int32_t>(block.mesh.nodes.size());
+    EXPECT_EQ(rows_of(block), (std::vector{true, true, true, true, true, false, false}));
+}
+
+TEST(BatchLaw, CellsAlongTheBodysAxesAreKnown) {
+    for (const bool is_oblique : {false, true}) {
+        const BentBlock<8> block(0.1, is_oblique ? oblique() : Matrix3d::Identity());
+        const TetBatches<float, 8> batches(test::element_of(block.elements), block.tets);
+        EXPECT_EQ(batches.axes(), is_oblique ? CellAxes::any : CellAxes::bodys);
+    }
 }
 
 }  // namespace
