@@ -1,8 +1,9 @@
 #include "solvers/linear/earlier_solves.hpp"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Dense>
 
 #include <algorithm>
+#include <cmath>
 
 #include "solvers/parallel/sum_over_ranks.hpp"
 
@@ -17,9 +18,9 @@ constexpr std::size_t piece = 1536;
 /// Least number of components for which a further thread is woken.
 constexpr std::size_t grain = 1000;
 
-/// Eigenvalues of G, scaled to a unit diagonal, that are smaller are left out: along them the
-/// change of A outweighs the solutions.
-constexpr double min_eigenvalue = 1e-3;
+/// A solution is left out of which newer ones leave no larger part, in the norm of G: along the
+/// rest the change of A outweighs it.
+constexpr double min_rest = 1e-2;
 
 /// x . v, in eight sums, which fill a vector register.
 double dot(const float* x, const double* v, std::size_t count) {
@@ -60,15 +61,26 @@ EarlierSolves::Numbers EarlierSolves::products_with(Vec v) {
 }
 
 EarlierSolves::Numbers EarlierSolves::shares(const Numbers& work) const {
-    const Numbers scale = gram_.diagonal().cwiseAbs().cwiseSqrt().cwiseMax(1e-150).cwiseInverse();
-    const Eigen::SelfAdjointEigenSolver<Gram> modes(scale.asDiagonal() * gram_ *
-                                                    scale.asDiagonal());
-    Numbers of_modes = modes.eigenvectors().transpose() * scale.cwiseProduct(work);
-    for (int i = 0; i < max_solutions; ++i) {
-        const double size = modes.eigenvalues()[i];
-        of_modes[i] = size > min_eigenvalue ? of_modes[i] / size : 0;
+    Gram L = Gram::Identity();
+    Numbers D = Numbers::Zero();  // zero where a solution is left out
+    for (int i = 0; i < count_; ++i) {
+        double rest = gram_(i, i);
+        for (int k = 0; k < i; ++k) {
+            if (D[k] == 0) continue;
+            const double product =
+                gram_(i, k) -
+                L.row(i).head(k).cwiseProduct(D.head(k).transpose()).dot(L.row(k).head(k));
+            L(i, k) = product / D[k];
+            rest -= L(i, k) * product;
+        }
+        if (rest > min_rest * std::abs(gram_(i, i)))
+            D[i] = rest;
+        else
+            L.row(i).head(i).setZero();
     }
-    return scale.cwiseProduct(modes.eigenvectors() * of_modes);
+    const Numbers c = L.triangularView<Eigen::UnitLower>().solve(work);
+    const Numbers of_kept = (D.array() != 0).select(c.cwiseQuotient(D), 0);
+    return L.transpose().triangularView<Eigen::UnitUpper>().solve(of_kept);
 }
 
 void EarlierSolves::make_room(Vec like) {

@@ -19,7 +19,8 @@ namespace livetet {
 /// y_j = A_j x_j is what the operator of its own solve made of x_j, so that c takes no product by
 /// the present A, however many solutions there are. It is of use as far as A changes little from
 /// solve to solve: one product by the present A tells how far to go along the combination, a, and
-/// what is left, b - A x_0. With one A for all this is the projection of Fischer (1998, Projection
+/// what is left, b - A x_0. G is factored newest first, without the solutions that newer ones nearly
+/// span: of increments that are almost alike the newest is taken, not the mean of them all. With one A for all this is the projection of Fischer (1998, Projection
 /// techniques for iterative solution of Ax = b with successive right-hand sides). PETSc's KSPGuess
 /// drops its vectors when A changes.
 class EarlierSolves {
@@ -58,6 +59,7 @@ class EarlierSolves {
     }
     /// t_i . v
     Numbers products_with(Vec v);
+    /// c, by G = L D L^T.
     Numbers shares(const Numbers& work) const;
 
     Nearness nearness_;

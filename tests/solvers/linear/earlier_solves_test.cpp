@@ -123,6 +123,23 @@ TEST_P(EarlierSolvesTest, TheSameSolutionTwiceIsNoHarm) {
     EXPECT_LE(left_of(sum_of_modes(2).get(), 0), 1e-5);
 }
 
+TEST_P(EarlierSolvesTest, OfSolutionsThatAreAlmostAlikeTheNewestIsTaken) {
+    const PetscHandle<Mat> A = operator_at(0);
+    PetscHandle<Vec> newest;
+    for (int k = 0; k < EarlierSolves::max_solutions; ++k) {
+        newest = mode(0);
+        LIVETET_PETSC(VecAXPY(newest.get(), 0.01 * k, mode(1).get()));
+        const auto y = times(A.get(), newest.get());
+        (void)earlier.find_start(A.get(), y.get());
+        earlier.keep(newest.get(), y.get());
+    }
+    const auto b = times(A.get(), mode(0).get());
+    ASSERT_TRUE(earlier.find_start(A.get(), b.get()));
+    PetscScalar along = 0;
+    LIVETET_PETSC(VecDot(earlier.start(), newest.get(), &along));
+    EXPECT_GT(along, (1 - 1e-9) * norm(earlier.start()) * norm(newest.get()));
+}
+
 TEST_P(EarlierSolvesTest, NothingIsOfUseAtFirstNorOnceForgotten) {
     EXPECT_EQ(left_of(mode(0).get(), 0), 1);
     keep_modes(2, 0);
