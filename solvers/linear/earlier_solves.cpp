@@ -18,8 +18,8 @@ constexpr std::size_t piece = 1536;
 /// Least number of components for which a further thread is woken.
 constexpr std::size_t grain = 1000;
 
-/// A solution is left out of which newer ones leave no larger part, in the norm of G: along the
-/// rest the change of A outweighs it.
+/// A solution is left out if newer ones leave of it at most this part of its square in G (a tenth
+/// of its norm): along the rest the change of A outweighs it.
 constexpr double min_rest = 1e-2;
 
 /// x . v, in eight sums, which fill a vector register.

@@ -19,10 +19,11 @@ namespace livetet {
 /// y_j = A_j x_j is what the operator of its own solve made of x_j, so that c takes no product by
 /// the present A, however many solutions there are. It is of use as far as A changes little from
 /// solve to solve: one product by the present A tells how far to go along the combination, a, and
-/// what is left, b - A x_0. G is factored newest first, without the solutions that newer ones nearly
-/// span: of increments that are almost alike the newest is taken, not the mean of them all. With one A for all this is the projection of Fischer (1998, Projection
-/// techniques for iterative solution of Ax = b with successive right-hand sides). PETSc's KSPGuess
-/// drops its vectors when A changes.
+/// what is left, b - A x_0. From new to old, a solution is left out if newer ones nearly span it:
+/// of increments that are almost alike the newest is taken, not the mean of all. Without that, and
+/// with one A for all, this is the projection of Fischer (1998, Projection techniques for iterative
+/// solution of Ax = b with successive right-hand sides). PETSc's KSPGuess drops its vectors when A
+/// changes.
 class EarlierSolves {
   public:
     /// How many are kept.

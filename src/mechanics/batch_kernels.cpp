@@ -188,13 +188,16 @@ TetBatches<Real, nodes>::TetBatches(const ElementOf& element, std::span<const No
     }
     if constexpr (nodes == 8) {
         find_rows(tets);
-        const bool are_bodys = std::all_of(batches_.begin(), batches_.end(), [](const auto& b) {
-            for (const int m : {1, 2, 3, 5, 6, 7})
-                for (const Real g : b.gradients[m])
-                    if (g != 0) return false;
+        constexpr Real rounding = Real(1e-7);  // of gradients that are zero but for it
+        const bool are_aligned = std::all_of(batches_.begin(), batches_.end(), [](const auto& b) {
+            for (int m = 0; m < 9; ++m)
+                for (int l = 0; l < batch_width<Real>; ++l)
+                    if (m % 4 != 0 && std::abs(b.gradients[m][l]) >
+                                          rounding * std::abs(b.gradients[m / 3 * 4][l]))
+                        return false;
             return true;
         });
-        if (are_bodys) axes_ = CellAxes::bodys;
+        if (are_aligned) axes_ = CellAxes::aligned;
     }
 }
 

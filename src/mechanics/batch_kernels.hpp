@@ -25,8 +25,7 @@ namespace livetet {
 template <class Real>
 inline constexpr int batch_width = 32 / sizeof(Real);
 
-/// What the kernels read of `batch_width` tets of 4 or 10 nodes, or hexahedra of 8 by their corner
-/// tets (ElementShape<8>); `[..][lane]`.
+/// See TetBatch; `[..][lane]`.
 template <class Real, int nodes>
 struct alignas(32) BatchNumbers {
     Real gradients[9][batch_width<Real>];  ///< row 3 i + a: component a of g_{i+1}, 1/m; g_0 = -
@@ -36,6 +35,8 @@ struct alignas(32) BatchNumbers {
     std::int32_t offset[nodes][batch_width<Real>];  ///< 3 * node: where node i of the tet, corners
                                                     ///< first, stands in a vector of nodes
 };
+/// What the kernels read of `batch_width` tets of 4 or 10 nodes, or hexahedra of 8 by their corner
+/// tets (ElementShape<8>).
 template <class Real, int nodes = 4>
 struct TetBatch : BatchNumbers<Real, nodes> {};
 template <class Real>
@@ -45,8 +46,9 @@ struct TetBatch<Real, 8> : BatchNumbers<Real, 8> {
     bool is_row = false;
 };
 
-/// Where the edges of hexahedra lead: anywhere, or x, y and z along those of the body.
-enum class CellAxes { any, bodys };
+/// Where the edges of hexahedra lead: anywhere, or along the body's x, y and z in this order,
+/// forwards or backwards.
+enum class CellAxes { any, aligned };
 
 /// A rotation for each tet of a batch, as the unit quaternion w, x, y, z: four numbers to keep and
 /// to read in place of a matrix's nine. Tets of ten nodes have one batch of rotations for each
@@ -90,7 +92,7 @@ class TetBatches {
     static constexpr int points = nodes == 8 ? 8 : nodes == 10 ? 4 : 1;
 
     /// `element(e)`: of the tet with the nodes `tets[e]`; a list of all would take more than the
-    /// batches do. One after the other, or as `parts` says.
+    /// batches do. One after the other (hexahedra: whole rows first), or as `parts` says.
     using ElementOf = std::function<TetElement(std::size_t)>;
     TetBatches(const ElementOf& element, std::span<const Nodes> tets);
     TetBatches(const ElementOf& element, std::span<const Nodes> tets, const BatchParts& parts);

@@ -24,8 +24,9 @@
 /// than the other, and steps too long: there the eight points are needed.
 namespace livetet::lanes {
 
-/// A box in each lane, all alike. Where their axes are the body's, R's columns are the axes of a
-/// turned one, and the derivatives by the axes are the gradient's columns.
+/// A box in each lane, all alike. Aligned ones take the body's axes for theirs: R's columns are the
+/// axes of a turned one, and the derivatives by the axes are the gradient's columns. Where an edge
+/// leads backwards along its axis, L is negative.
 template <CellAxes axes>
 class Boxes {
   public:
@@ -36,13 +37,13 @@ class Boxes {
                                 b.gradients[3 * d + 2][0]};
             const float length = std::sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
             for (int a = 0; a < 3; ++a) unit_[d][a] = g[a] / length;
-            scale_[d] = length / 4;
+            scale_[d] = (axes == CellAxes::aligned ? g[d] : length) / 4;
             axes_[d] = {all_lanes(unit_[d][0]), all_lanes(unit_[d][1]), all_lanes(unit_[d][2])};
         }
     }
     /// Whether the cells are boxes: their axes at right angles, to single precision.
     bool are_boxes() const {
-        if constexpr (axes == CellAxes::bodys) return true;
+        if constexpr (axes == CellAxes::aligned) return true;
         for (int d = 0; d < 3; ++d) {
             const float *a = unit_[d], *b = unit_[(d + 1) % 3];
             if (!(std::abs(a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) < 1e-5F)) return false;
@@ -51,7 +52,7 @@ class Boxes {
     }
     /// An axis of those turned by R.
     Vec3<float> turned_axis(const Mat3<float>& R, int d) const {
-        if constexpr (axes == CellAxes::bodys)
+        if constexpr (axes == CellAxes::aligned)
             return d == 0 ? R.x : d == 1 ? R.y : R.z;
         else
             return R * axes_[d];
@@ -62,7 +63,7 @@ class Boxes {
     /// The gradient in the middle, by the modes along single axes.
     Mat3<float> mean_gradient(const Vec3<float> (&modes)[8]) const {
         const Vec3<float> D[3] = {scale(0) * modes[1], scale(1) * modes[2], scale(2) * modes[4]};
-        if constexpr (axes == CellAxes::bodys) return {D[0], D[1], D[2]};
+        if constexpr (axes == CellAxes::aligned) return {D[0], D[1], D[2]};
         const auto column = [&](auto part) {
             return part(axes_[0]) * D[0] + part(axes_[1]) * D[1] + part(axes_[2]) * D[2];
         };
@@ -90,7 +91,10 @@ void if_boxes(const TetBatches<float, 8>& batches, BatchRange range,
         if (range.begin == range.end || rotations.size() == batches.points * batches.all().end)
             return without();
         const Boxes<decltype(axes)::value> boxes(batches[range.begin]);
-        boxes.are_boxes() ? with_boxes(boxes) : without();
+        if (boxes.are_boxes())
+            with_boxes(boxes);
+        else
+            without();
     });
 }
 

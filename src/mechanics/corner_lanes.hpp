@@ -5,9 +5,10 @@
 /// Values at the corners of hexahedra in lanes.
 ///
 /// The corners of a row of cells (TetBatch::is_row) lie on four lines along x. A line has one node
-/// more than there are cells, and its nodes stand one behind the other in memory: three registers
-/// a corner are read where cells anywhere take eight reads and a transpose, and three registers a
-/// line are added to where those take eight of two parts a corner.
+/// more than there are cells, and its nodes stand one behind the other in memory. So a corner of
+/// all eight cells is read as three registers, where cells anywhere take eight reads and a
+/// transpose. Forces on a line are summed first, then added to memory as three registers and three
+/// numbers; those of cells anywhere are added node by node.
 namespace livetet::lanes {
 
 /// Places 0, 3 and 6 of a, 1, 4 and 7 of b, 2 and 5 of c.

@@ -37,16 +37,16 @@ constexpr int in_square(int number, int axis) {
     return low | (number >> (axis + 1)) << axis;
 }
 
-/// 1 / edge along an axis, of gradients along the axes.
-template <class Real>
-const Lanes<Real>& diagonal_of(const Mat3<Real>& g, int axis) {
-    return axis == 0 ? g.x.x : axis == 1 ? g.y.y : g.z.z;
-}
-
-/// The way back, with the bit 0.
+/// The corner or point of that number in the square, with bit `axis` 0.
 constexpr int lower_corner(int in_square, int axis) {
     const int low = in_square & ((1 << axis) - 1);
     return (in_square - low) * 2 + low;
+}
+
+/// 1 / edge along an axis, below zero where the edge leads backwards; of aligned cells.
+template <class Real>
+const Lanes<Real>& diagonal_of(const Mat3<Real>& g, int axis) {
+    return axis == 0 ? g.x.x : axis == 1 ? g.y.y : g.z.z;
 }
 
 template <class Real, CellAxes axes>
@@ -60,7 +60,8 @@ class PointGradients<Real, 8, axes> {
             for_each_index<4>([&](auto k) {
                 constexpr int c = lower_corner(k, axis);
                 edges[k] = corners[c | 1 << axis] - corners[c];
-                if constexpr (axes == CellAxes::bodys) edges[k] = diagonal_of(g_, axis) * edges[k];
+                if constexpr (axes == CellAxes::aligned)
+                    edges[k] = diagonal_of(g_, axis) * edges[k];
             });
             along_[axis] = between_corners_and_points(edges);
         });
@@ -83,7 +84,7 @@ class PointGradients<Real, 8, axes> {
   private:
     /// sum_d (du / dx_d) g_d^T.
     Mat3<Real> gradient(const Mat3<Real>& D) const {
-        if constexpr (axes == CellAxes::bodys) return D;
+        if constexpr (axes == CellAxes::aligned) return D;
         return {D * Vec3<Real>{g_.x.x, g_.y.x, g_.z.x}, D * Vec3<Real>{g_.x.y, g_.y.y, g_.z.y},
                 D * Vec3<Real>{g_.x.z, g_.y.z, g_.z.z}};
     }
@@ -111,7 +112,7 @@ class PointForces<Real, 8, axes> {
             for_each_index<4>([&](auto k) {
                 constexpr int c = lower_corner(k, axis), next = c | 1 << axis;
                 Vec3<Real> edge = edges[k];
-                if constexpr (axes == CellAxes::bodys) edge = diagonal_of(g_, axis) * edge;
+                if constexpr (axes == CellAxes::aligned) edge = diagonal_of(g_, axis) * edge;
                 corners[c] = corners[c] - edge;
                 corners[next] = corners[next] + edge;
             });
@@ -122,7 +123,7 @@ class PointForces<Real, 8, axes> {
   private:
     /// P g, or the column of P that is along g: g's length is left for later.
     static Vec3<Real> along(const Mat3<Real>& P, const Vec3<Real>& column, const Vec3<Real>& g) {
-        if constexpr (axes == CellAxes::bodys) return column;
+        if constexpr (axes == CellAxes::aligned) return column;
         return P * g;
     }
 

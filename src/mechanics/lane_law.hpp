@@ -30,8 +30,7 @@ class LaneLaw : public BatchLaw {
     using Number = lanes::Lanes<float>;
     using Matrix = lanes::Mat3<float>;
 
-    // Flattened, so that less goes through memory: 1.1 to 1.3 times as fast. Products of ten nodes,
-    // which hold too much for the registers, are slower that way.
+    // Flattened, so that less goes through memory: 1.1 to 1.3 times as fast.
     [[gnu::flatten]] void add_forces(const TetBatches<float>& batches, BatchRange range,
                                      Rotations rotations, std::span<const float> u,
                                      std::span<float> f) const override {
@@ -148,7 +147,8 @@ class LaneLaw : public BatchLaw {
         }
     }
 
-    /// The products of boxes whose strain is not moderate: few, and kept apart from the others.
+    /// Products over the eight points: of cells that are no boxes, have a rotation for each point
+    /// or are strained too far. Not inlined, to keep the kernel of boxes small.
     [[gnu::noinline]] static void add_point_products(float factor,
                                                      const TetBatches<float, 8>& batches,
                                                      BatchRange range, Rotations rotations,

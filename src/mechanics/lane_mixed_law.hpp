@@ -122,7 +122,7 @@ class LaneMixedLaw final : public MixedLaw {
     using Number = lanes::Lanes<float>;
     using Matrix = lanes::Mat3<float>;
 
-    // Flattened where the registers hold what it takes; see LaneLaw.
+    // Flattened: see LaneLaw.
     [[gnu::flatten]] void add_forces(const MixedTets<4>& tets, const MixedValues& at,
                                      const MixedForces& to) const override {
         add_all_forces(tets, at, to);
@@ -253,7 +253,7 @@ class LaneMixedLaw final : public MixedLaw {
         }
     }
 
-    // Of boxes whose strain is not moderate: few, and kept apart from the others.
+    /// Over the eight points, as LaneLaw has it. Not inlined, to keep the kernels of boxes small.
     [[gnu::noinline]] static void add_point_products(const MixedTets<8>& cells, float factor,
                                                      const MixedValues& at, const MixedValues& v,
                                                      const MixedForces& to) {

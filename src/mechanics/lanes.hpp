@@ -347,12 +347,12 @@ bool any(const Mask& mask) {
     return some;
 }
 
-/// work(axes), an std::integral_constant: CellAxes::bodys where batches are of such hexahedra.
+/// work(axes), an std::integral_constant: CellAxes::aligned where batches are of such hexahedra.
 template <class Real, int nodes, class Work>
 void along_axes(const TetBatches<Real, nodes>& batches, Work&& work) {
     if constexpr (nodes == 8)
-        if (batches.axes() == CellAxes::bodys)
-            return work(std::integral_constant<CellAxes, CellAxes::bodys>());
+        if (batches.axes() == CellAxes::aligned)
+            return work(std::integral_constant<CellAxes, CellAxes::aligned>());
     work(std::integral_constant<CellAxes, CellAxes::any>());
 }
 

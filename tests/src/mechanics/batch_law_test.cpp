@@ -181,6 +181,9 @@ Matrix3d oblique() {
     return Eigen::AngleAxisd(0.8, Vector3(1, -2, 0.5).normalized()).toRotationMatrix();
 }
 
+/// As the voxels of many images lie: to the left, to the back and upwards.
+Matrix3d backwards() { return Vector3(-1, -1, 1).asDiagonal(); }
+
 /// `law` on the block in two parts against `model`, strained by about `size`.
 template <int nodes>
 void compare(const ConstitutiveModel& model, const BatchLaw& law, double size,
@@ -221,7 +224,8 @@ TEST(BatchLaw, ForcesAndProductsAreThoseOfTheModels) {
         }
         for (const double size : {1e-3, 0.1, 1.5}) {
             compare<8>(*model, *law, size);
-            compare<8>(*model, *law, size, oblique());
+            for (const Matrix3d& axes : {oblique(), backwards()})
+                compare<8>(*model, *law, size, axes);
         }
     }
 }
@@ -354,7 +358,8 @@ TEST(BatchLaw, TheMixedFormIsThatOfTheModels) {
         }
         for (const double size : {1e-3, 0.1, 1.5}) {
             compare_mixed<8>(*model, law->mixed(), size);
-            compare_mixed<8>(*model, law->mixed(), size, oblique());
+            for (const Matrix3d& axes : {oblique(), backwards()})
+                compare_mixed<8>(*model, law->mixed(), size, axes);
         }
     }
 }
@@ -385,6 +390,7 @@ TEST(BatchLaw, OneRotationAnElementIsTakenAtItsCentreAndServesAllItsPoints) {
     // Boxes with one rotation have a product of their own: those of an oblique grid, too.
     compare_rotations<8>(Matrix3d::Identity());
     compare_rotations<8>(oblique());
+    compare_rotations<8>(backwards());
 }
 
 TEST(BatchLaw, CellsThatAreNoBoxesTakeThePointsOfAnyHexahedron) {
@@ -410,12 +416,14 @@ TEST(BatchLaw, WholeRowsOfCellsComeFirstAndAreKnown) {
     EXPECT_EQ(rows_of(block), (std::vector{true, true, true, true, true, false, false}));
 }
 
-TEST(BatchLaw, CellsAlongTheBodysAxesAreKnown) {
-    for (const bool is_oblique : {false, true}) {
-        const BentBlock<8> block(0.1, is_oblique ? oblique() : Matrix3d::Identity());
-        const TetBatches<float, 8> batches(test::element_of(block.elements), block.tets);
-        EXPECT_EQ(batches.axes(), is_oblique ? CellAxes::any : CellAxes::bodys);
-    }
+TEST(BatchLaw, CellsAlignedWithTheBodysAxesAreKnown) {
+    const auto axes_of = [](const Matrix3d& axes) {
+        const BentBlock<8> block(0.1, axes);
+        return TetBatches<float, 8>(test::element_of(block.elements), block.tets).axes();
+    };
+    EXPECT_EQ(axes_of(Matrix3d::Identity()), CellAxes::aligned);
+    EXPECT_EQ(axes_of(backwards()), CellAxes::aligned);
+    EXPECT_EQ(axes_of(oblique()), CellAxes::any);
 }
 
 }  // namespace
