@@ -18,9 +18,10 @@ constexpr std::size_t piece = 1536;
 /// Least number of components for which a further thread is woken.
 constexpr std::size_t grain = 1000;
 
-/// A solution is left out if newer ones leave of it at most this part of its square in G (a tenth
-/// of its norm): along the rest the change of A outweighs it.
-constexpr double min_rest = 1e-2;
+/// A solution is left out if newer ones leave of it at most a part of its square in G. That is as
+/// much as A changed, as the last combination showed, within these bounds: along the rest the
+/// change outweighs the solution. Where A stays, rounding to float bounds what can be told apart.
+constexpr double min_rest = 1e-6, max_rest = 1e-2;
 
 /// x . v, in eight sums, which fill a vector register.
 double dot(const float* x, const double* v, std::size_t count) {
@@ -61,6 +62,7 @@ EarlierSolves::Numbers EarlierSolves::products_with(Vec v) {
 }
 
 EarlierSolves::Numbers EarlierSolves::shares(const Numbers& work) const {
+    const double enough = std::clamp(change_, min_rest, max_rest);
     Gram L = Gram::Identity();
     Numbers D = Numbers::Zero();  // zero where a solution is left out
     for (int i = 0; i < count_; ++i) {
@@ -73,7 +75,7 @@ EarlierSolves::Numbers EarlierSolves::shares(const Numbers& work) const {
             L(i, k) = product / D[k];
             rest -= L(i, k) * product;
         }
-        if (rest > min_rest * std::abs(gram_(i, i)))
+        if (rest > enough * std::abs(gram_(i, i)))
             D[i] = rest;
         else
             L.row(i).head(i).setZero();
@@ -118,6 +120,8 @@ bool EarlierSolves::find_start(Mat A, Vec b) {
     // not follow it.
     if (!(work[0] > 0 && work[1] > 0)) return false;
     const double a = work[0] / work[1];
+    change_ = std::abs(work[1] / c.dot(gram_ * c) - 1);
+    if (!std::isfinite(change_)) change_ = 1;
     const ReadArray from(b);
     WriteArray x(start_.get()), rest(rest_.get());
     team_.run_pieces(x.span().size(), grain, [&](std::size_t begin, std::size_t end) {

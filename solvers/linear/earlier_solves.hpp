@@ -19,11 +19,11 @@ namespace livetet {
 /// y_j = A_j x_j is what the operator of its own solve made of x_j, so that c takes no product by
 /// the present A, however many solutions there are. It is of use as far as A changes little from
 /// solve to solve: one product by the present A tells how far to go along the combination, a, and
-/// what is left, b - A x_0. From new to old, a solution is left out if newer ones nearly span it:
-/// of increments that are almost alike the newest is taken, not the mean of all. Without that, and
-/// with one A for all, this is the projection of Fischer (1998, Projection techniques for iterative
-/// solution of Ax = b with successive right-hand sides). PETSc's KSPGuess drops its vectors when A
-/// changes.
+/// what is left, b - A x_0. From new to old, a solution is left out if newer ones nearly span it,
+/// as nearly as A changes: of increments that are almost alike the newest is taken, not the mean of
+/// all. With one A for all this is the projection of Fischer (1998, Projection techniques for
+/// iterative solution of Ax = b with successive right-hand sides). PETSc's KSPGuess drops its
+/// vectors when A changes.
 class EarlierSolves {
   public:
     /// How many are kept.
@@ -38,6 +38,7 @@ class EarlierSolves {
 
     void clear() {
         count_ = 0;
+        change_ = 0;
         gram_.setIdentity();
     }
     /// Finds start() and rest() for A x = b. Returns whether they are of use; else a solve starts
@@ -68,6 +69,8 @@ class EarlierSolves {
     int count_ = 0;
     std::array<std::vector<float>, max_solutions> solutions_, images_;  ///< newest first
     Gram gram_ = Gram::Identity();  ///< the identity behind the last
+    /// |q / q_G - 1| of the last combination x: q = x . A x (energy) or |A x|^2, q_G by G.
+    double change_ = 0;
     PetscHandle<Vec> start_, rest_;
     std::vector<double> piece_sums_;  ///< of products_with
 };
