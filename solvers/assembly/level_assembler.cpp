@@ -7,6 +7,7 @@
 #include "mechanics/rotation.hpp"
 #include "solvers/assembly/batch_support.hpp"
 #include "solvers/assembly/level_assembler_points.hpp"
+#include "solvers/parallel/team_vector.hpp"
 
 namespace livetet {
 
@@ -37,8 +38,20 @@ void LevelAssembler::make_matrix(MatrixLayout layout) {
     matrix_.emplace(share_, layout);
     matrix_->set_constrained(constrained_);
     if (!keeps_damping_rotations_) return;
-    const PetscHandle<Vec> anywhere = make_vector(share_);  // K_d depends on rotations alone
+    const PetscHandle<Vec> anywhere = make_vector();  // K_d depends on rotations alone
     keep_damping({.u = anywhere.get(), .rotations = &damping_rotations_});
+}
+
+PetscHandle<Vec> LevelAssembler::make_vector() const {
+    PetscHandle<Vec> v = livetet::make_vector(share_);
+    if (single() && share_.ranks == 1) run_on_team(v.get(), team_);
+    return v;
+}
+
+PetscHandle<Vec> LevelAssembler::make_pressure_vector() const {
+    PetscHandle<Vec> v = livetet::make_vector(*pressure_);
+    if (single() && share_.ranks == 1) run_on_team(v.get(), team_);
+    return v;
 }
 
 void LevelAssembler::find_moduli(std::span<const Material> materials, const ModelChoice& model) {
@@ -260,7 +273,7 @@ void LevelAssembler::keep_damping(const Configuration& at) {
     if (!matrix_) return;
     if (!damping_) {
         damping_ = std::make_unique<BlockMatrix>(share_, matrix_->layout());
-        damping_force_ = make_vector(share_);
+        damping_force_ = make_vector();
     }
     BlockMatrix::Filling matrix(*damping_);
     add_stiffness(matrix, at, 1, Tangent::frozen_rotation);

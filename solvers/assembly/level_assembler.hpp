@@ -111,6 +111,11 @@ class LevelAssembler {
     void set_rigid_motions() { matrix_->set_rigid_motions(share_, share_.rest); }
     /// Where the pressures live; empty in the displacement form.
     const PressureSpace* pressure_space() const { return pressure_ ? &*pressure_ : nullptr; }
+
+    /// A vector of displacements, or of pressures in the mixed form; on a level in single precision
+    /// of one rank its sums and updates run on the team.
+    PetscHandle<Vec> make_vector() const;
+    PetscHandle<Vec> make_pressure_vector() const;
     /// Lumped mass of each owned node, kg; empty before `find_mass`.
     std::span<const double> node_mass() const { return node_mass_; }
     void find_mass();

@@ -5,15 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/piece_sums.hpp"
 #include "solvers/parallel/sum_over_ranks.hpp"
 
 namespace livetet {
 
 namespace {
-
-/// Components that are summed one after the other: sums of pieces of fixed length have the same
-/// bits on any number of threads.
-constexpr std::size_t piece = 1536;
 
 /// Least number of components for which a further thread is woken.
 constexpr std::size_t grain = 1000;
@@ -22,17 +19,6 @@ constexpr std::size_t grain = 1000;
 /// much as A changed, as the last combination showed, within these bounds: along the rest the
 /// change outweighs the solution. Where A stays, rounding to float bounds what can be told apart.
 constexpr double min_rest = 1e-6, max_rest = 1e-2;
-
-/// x . v, in eight sums, which fill a vector register.
-double dot(const float* x, const double* v, std::size_t count) {
-    double sums[8] = {};
-    std::size_t i = 0;
-    for (; i + 8 <= count; i += 8)
-        for (std::size_t k = 0; k < 8; ++k) sums[k] += static_cast<double>(x[i + k]) * v[i + k];
-    for (; i < count; ++i) sums[0] += static_cast<double>(x[i]) * v[i];
-    return ((sums[0] + sums[1]) + (sums[2] + sums[3])) +
-           ((sums[4] + sums[5]) + (sums[6] + sums[7]));
-}
 
 void round_to(std::vector<float>& to, Vec from) {
     const ReadArray values(from);
@@ -44,18 +30,13 @@ void round_to(std::vector<float>& to, Vec from) {
 
 EarlierSolves::Numbers EarlierSolves::products_with(Vec v) {
     const ReadArray values(v);
-    const std::size_t size = values.span().size(), pieces = (size + piece - 1) / piece;
-    piece_sums_.resize(pieces * max_solutions);
-    team_.run_pieces(pieces, 1, [&](std::size_t first, std::size_t last) {
-        for (std::size_t k = first; k < last; ++k)
+    Numbers sums = sum_in_pieces(
+        team_, values.span().size(), [&](std::size_t begin, std::size_t end) -> Numbers {
+            Numbers of_piece = Numbers::Zero();
             for (int i = 0; i < count_; ++i)
-                piece_sums_[k * max_solutions + i] =
-                    dot(tests()[i].data() + k * piece, values.span().data() + k * piece,
-                        std::min(piece, size - k * piece));
-    });
-    Numbers sums = Numbers::Zero();
-    for (std::size_t k = 0; k < pieces; ++k)
-        for (int i = 0; i < count_; ++i) sums[i] += piece_sums_[k * max_solutions + i];
+                of_piece[i] = dot_of_piece(tests()[i].data(), values.span().data(), begin, end);
+            return of_piece;
+        });
     MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(v));
     sum_over_ranks(comm, {sums.data(), max_solutions});
     return sums;
@@ -103,7 +84,8 @@ bool EarlierSolves::find_start(Mat A, Vec b) {
     {
         WriteArray x(start_.get());
         team_.run_pieces(x.span().size(), grain, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t first = begin; first < end; first += piece) {  // x stays in the cache
+            constexpr std::size_t piece = 1536;  // of x, which stays in the cache
+            for (std::size_t first = begin; first < end; first += piece) {
                 const std::size_t last = std::min(end, first + piece);
                 for (std::size_t i = first; i < last; ++i) x[i] = c[0] * solutions_[0][i];
                 for (int k = 1; k < count_; ++k)

@@ -72,7 +72,6 @@ class EarlierSolves {
     /// |q / q_G - 1| of the last combination x: q = x . A x (energy) or |A x|^2, q_G by G.
     double change_ = 0;
     PetscHandle<Vec> start_, rest_;
-    std::vector<double> piece_sums_;  ///< of products_with
 };
 
 }  // namespace livetet

@@ -1,11 +1,17 @@
 #include "solvers/linear/live_saddle_point.hpp"
 
-#include <numeric>
-
+#include "base/piece_sums.hpp"
 #include "solvers/linear/shells.hpp"
 #include "solvers/linear/unknown_parts.hpp"
 
 namespace livetet {
+
+namespace {
+
+/// Least number of components for which a further thread is woken.
+constexpr std::size_t grain = 2000;
+
+}  // namespace
 
 LiveSaddlePoint::LiveSaddlePoint(LiveSolver& inner, PressureCoupling& coupling,
                                  PetscHandle<KSP> schur)
@@ -19,6 +25,7 @@ LiveSaddlePoint::LiveSaddlePoint(LiveSolver& inner, PressureCoupling& coupling,
     const auto first = static_cast<PetscInt>(displacements_);
     MPI_Comm comm = inner.fine().share().comm;
     matrix_ = make_shell_matrix<&LiveSaddlePoint::multiply>(comm, first + pressures, *this);
+    run_vectors_on_team<LiveSaddlePoint>(matrix_.get());
     LIVETET_PETSC(ISCreateStride(comm, first, 0, 1, displacement_rows_.out()));
     LIVETET_PETSC(ISCreateStride(comm, pressures, first, 1, pressure_rows_.out()));
     LIVETET_PETSC(MatCreateVecs(coupling.minus_c(), q_.out(), cq_.out()));
@@ -38,7 +45,9 @@ void LiveSaddlePoint::precondition(std::span<const double> r, std::span<double> 
     LIVETET_PETSC(VecResetArray(cq_.get()));
     LIVETET_PETSC(VecResetArray(q_.get()));
     coupling_.matrix_free()->multiply_transposed(z_p, force_);
-    for (std::size_t i = 0; i < displacements_; ++i) force_[i] = r[i] - force_[i];
+    team().run_pieces(displacements_, grain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) force_[i] = r[i] - force_[i];
+    });
     inner_.cycle(force_, z.first(displacements_));
 }
 
@@ -63,8 +72,8 @@ bool LiveSaddlePoint::is_curved_down(std::span<const double> x) {
     const auto u = x.first(displacements_), q = x.subspan(displacements_);
     multiply_minus_c(q);
     const ReadArray image(image_.get()), minus_cq(cq_.get());
-    const auto dot = [](std::span<const double> a, std::span<const double> b) {
-        return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+    const auto dot = [&](std::span<const double> a, std::span<const double> b) {
+        return dot_on_team(team(), a.data(), b.data(), a.size());
     };
     const double qCq = -dot(q, minus_cq.span());
     const double qBu = dot(q, image.span().subspan(displacements_)) + qCq;

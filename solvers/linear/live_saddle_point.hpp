@@ -18,6 +18,7 @@ class LiveSaddlePoint {
 
     /// [K B^T; B -C], of displacements and, behind them, scaled pressures.
     Mat matrix() const { return matrix_.get(); }
+    ThreadTeam& team() const { return inner_.team(); }
     /// Its rows of displacements and of pressures.
     UnknownFields fields() const { return {displacement_rows_.get(), pressure_rows_.get()}; }
     /// Makes `pc` the block triangle of SaddlePointSolver.

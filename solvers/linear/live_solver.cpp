@@ -1,7 +1,6 @@
 #include "solvers/linear/live_solver.hpp"
 
-#include <numeric>
-
+#include "base/piece_sums.hpp"
 #include "base/sliced_task.hpp"
 #include "solvers/linear/live_support.hpp"
 #include "solvers/linear/shells.hpp"
@@ -44,6 +43,7 @@ LiveSolver::LiveSolver(DistributedHierarchy mesh, const ElasticModel& model,
     constraints_.emplace(std::move(mesh.between));
     make_cycle(*mesh.whole, options.smoothing_steps > 0 ? options.smoothing_steps : 1);
     shell_ = make_shell_matrix<&LiveSolver::multiply>(mesh.comm, 3 * fine().share().owned, *this);
+    run_vectors_on_team<LiveSolver>(shell_.get());
     make_krylov(mesh.comm, ErrorEstimate::from_steps);
     if (role == Role::solver) watch_curvature(&is_curved_down_);
 }
@@ -127,8 +127,7 @@ void LiveSolver::multiply(std::span<const double> x, std::span<double> y) {
         return;
     }
     fine_->multiply(x, y);
-    if (takes_law() && std::inner_product(x.begin(), x.end(), y.begin(), 0.0) < 0)
-        is_curved_down_ = true;
+    if (takes_law() && dot_on_team(team_, x.data(), y.data(), x.size()) < 0) is_curved_down_ = true;
 }
 
 void LiveSolver::multiply_mixed(MatrixFreeCoupling& coupling, std::span<const double> x,

@@ -15,8 +15,8 @@ MatrixFreeLevel::MatrixFreeLevel(LevelAssembler& level, int smoothing_steps)
     : level_(level),
       positive_(level, ThreadTeam::alone()),
       smoother_(positive_, smoothing_steps, lowest_smoothed),
-      x_(make_vector(level.share())),
-      f_(make_vector(level.share())),
+      x_(level.make_vector()),
+      f_(level.make_vector()),
       matrix_(make_shell_matrix<&MatrixFreeLevel::multiply>(
           level.share().comm, static_cast<PetscInt>(positive_.components()), *this)) {}
 

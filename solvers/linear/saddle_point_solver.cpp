@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
+#include "base/piece_sums.hpp"
 #include "solvers/linear/live_saddle_point.hpp"
 #include "solvers/linear/unknown_parts.hpp"
 
@@ -13,25 +13,6 @@ namespace {
 
 /// Iterations of FGMRES before it forgets its directions, in live frames.
 constexpr int live_restart = 30;
-
-/// A vector like `v`, zero, with room for the norm that PETSc keeps with it: PETSc makes that room
-/// when it first takes the norm. FGMRES, whose directions are duplicates of the solution, would so
-/// allocate in the first frame that takes as many iterations.
-PetscErrorCode duplicate_with_norm(Vec v, Vec* copy) {
-    PetscInt local = 0, global = 0;
-    VecType type = nullptr;
-    PetscReal norm = 0;
-    PetscFunctionBegin;
-    PetscCall(VecGetLocalSize(v, &local));
-    PetscCall(VecGetSize(v, &global));
-    PetscCall(VecGetType(v, &type));
-    PetscCall(VecCreate(PetscObjectComm(reinterpret_cast<PetscObject>(v)), copy));
-    PetscCall(VecSetSizes(*copy, local, global));
-    PetscCall(VecSetType(*copy, type));
-    PetscCall(VecSet(*copy, 0));
-    PetscCall(VecNorm(*copy, NORM_2, &norm));
-    PetscFunctionReturn(0);
-}
 
 /// Two Chebyshev steps on S, scaled by its diagonal.
 void configure_schur_steps(KSP ksp) {
@@ -88,9 +69,6 @@ SaddlePointSolver::SaddlePointSolver(LiveSolver* live, std::unique_ptr<Displacem
     else
         make_blocks();
     LIVETET_PETSC(MatCreateVecs(matrix(), x_.out(), b_.out()));
-    if (live_)
-        LIVETET_PETSC(VecSetOperation(x_.get(), VECOP_DUPLICATE,
-                                      reinterpret_cast<void (*)()>(duplicate_with_norm)));
     make_krylov(fine().share().comm);
 }
 
@@ -244,7 +222,7 @@ double SaddlePointSolver::error_of(double residual, double size) {
     const auto nodes = static_cast<std::size_t>(fine().share().owned);
     const ReadArray x(x_.get());
     const auto u = x.span().first(3 * nodes);
-    const double length = std::sqrt(std::inner_product(u.begin(), u.end(), u.begin(), 0.0));
+    const double length = std::sqrt(dot_on_team(live_->team(), u.data(), u.data(), u.size()));
     return length / std::sqrt(nodes) * residual / size;
 }
 

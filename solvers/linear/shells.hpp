@@ -3,6 +3,7 @@
 #include <span>
 
 #include "base/petsc.hpp"
+#include "solvers/parallel/team_vector.hpp"
 
 namespace livetet {
 
@@ -33,6 +34,28 @@ PetscHandle<Mat> make_shell_matrix(MPI_Comm comm, PetscInt n, Self& self) {
     LIVETET_PETSC(
         MatShellSetOperation(A.get(), MATOP_MULT, reinterpret_cast<void (*)()>(multiply)));
     return A;
+}
+
+/// Has the vectors that PETSc makes for `shell`, whose context is a Self, run on Self's team. Only
+/// on one rank.
+template <class Self>
+void run_vectors_on_team(Mat shell) {
+    PetscErrorCode (*create)(Mat, Vec*, Vec*) = [](Mat A, Vec* right, Vec* left) noexcept {
+        return in_callback([&] {
+            void* self = nullptr;
+            PetscInt n = 0;
+            LIVETET_PETSC(MatShellGetContext(A, &self));
+            LIVETET_PETSC(MatGetLocalSize(A, &n, nullptr));
+            for (Vec* v : {right, left}) {
+                if (!v) continue;
+                LIVETET_PETSC(VecCreateMPI(PetscObjectComm(reinterpret_cast<PetscObject>(A)), n,
+                                           PETSC_DETERMINE, v));
+                run_on_team(*v, static_cast<Self*>(self)->team());
+            }
+        });
+    };
+    LIVETET_PETSC(
+        MatShellSetOperation(shell, MATOP_CREATE_VECS, reinterpret_cast<void (*)()>(create)));
 }
 
 /// Makes `pc` apply (self.*work)(r, z) in the same way.

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+
+#include "base/piece_sums.hpp"
 
 namespace livetet {
 
@@ -80,21 +81,16 @@ void StoppingTest::measure_step(KSP ksp) {
     }
     const ReadArray x(now);
     WriteArray y(previous_.get());
-    // Sums of pieces of fixed length: the same bits on any number of threads.
     const std::size_t size = y.span().size();
-    piece_sums_.resize((size + piece - 1) / piece);
-    team_.run_pieces(piece_sums_.size(), 1, [&](std::size_t first, std::size_t last) {
-        for (std::size_t k = first; k < last; ++k) {
-            double sum = 0;
-            for (std::size_t i = k * piece; i < std::min(size, (k + 1) * piece); ++i) {
-                const double step = x[i] - y[i];
-                sum += step * step;
-                y[i] = x[i];
-            }
-            piece_sums_[k] = sum;
+    const double sum = sum_in_pieces(team_, size, [&](std::size_t begin, std::size_t end) {
+        double of_piece = 0;
+        for (std::size_t i = begin; i < end; ++i) {
+            const double step = x[i] - y[i];
+            of_piece += step * step;
+            y[i] = x[i];
         }
+        return of_piece;
     });
-    const double sum = std::accumulate(piece_sums_.begin(), piece_sums_.end(), 0.0);
     steps_[0] = steps_[1];
     steps_[1] = std::sqrt(sum / (static_cast<double>(size) / 3));
 }

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <vector>
-
 #include "solvers/linear/linear_solver.hpp"
 
 namespace livetet {
@@ -44,8 +42,6 @@ class StoppingTest {
     double end();
 
   private:
-    static constexpr std::size_t piece = 1500;  ///< components that are summed one after the other
-
     KSPConvergedReason reason(KSP ksp, int iteration, double residual);
     void measure_step(KSP ksp);
 
@@ -53,13 +49,12 @@ class StoppingTest {
     ErrorEstimate estimate_;
     bool begun_ = false, resumed_ = false, watched_ = false;
     LinearControls controls_;
-    double allowed_ = 0;              ///< N
-    double first_ = 0;                ///< residual before the first iteration, N
-    PetscHandle<Vec> previous_;       ///< x after the iteration before
-    std::vector<double> piece_sums_;  ///< of measure_step
-    double steps_[2] = {0, 0};        ///< lengths of the last two steps, m, RMS over the nodes
-    double ratio_ = 0.3;              ///< of a step to the one before it: a running mean
-    Clock::time_point last_;          ///< when the last iteration ended
+    double allowed_ = 0;         ///< N
+    double first_ = 0;           ///< residual before the first iteration, N
+    PetscHandle<Vec> previous_;  ///< x after the iteration before
+    double steps_[2] = {0, 0};   ///< lengths of the last two steps, m, RMS over the nodes
+    double ratio_ = 0.3;         ///< of a step to the one before it: a running mean
+    Clock::time_point last_;     ///< when the last iteration ended
     bool* negative_ = nullptr;
 };
 

@@ -239,7 +239,7 @@ LinearReport DeformableBody::responses(const Eigen::MatrixXd& forces, double rel
     PetscHandle<Mat> X;
     LIVETET_PETSC(MatDuplicate(B.get(), MAT_DO_NOT_COPY_VALUES, X.out()));
     const bool at_once = forces.cols() > 0 && solver_->apply_factorisation(B.get(), X.get());
-    PetscHandle<Vec> b_p, x_p, b = make_vector(mesh()), x = make_vector(mesh());
+    PetscHandle<Vec> b_p, x_p, b = level().make_vector(), x = level().make_vector();
     if (state_.p)
         for (PetscHandle<Vec>* v : {&b_p, &x_p})
             LIVETET_PETSC(VecDuplicate(state_.p.get(), v->out()));

@@ -5,6 +5,9 @@
 #include <cmath>
 #include <optional>
 
+#include "base/piece_sums.hpp"
+#include "solvers/parallel/sum_over_ranks.hpp"
+
 namespace livetet {
 
 double norm_of(Vec v) {
@@ -34,9 +37,9 @@ ForceBalance::ForceBalance(LinearSolver& solver, TimeIntegrator& time, Prescribe
       team_(team),
       rotations_(solver.fine().make_rotations()) {
     const LevelAssembler& fine = solver.fine();
-    for (PetscHandle<Vec>* v : {&residual_, &force_, &external_}) *v = make_vector(fine.share());
-    if (fine.has_frozen_force()) at_ = make_vector(fine.share());
-    if (fine.pressure_space()) volume_ = make_vector(*fine.pressure_space());
+    for (PetscHandle<Vec>* v : {&residual_, &force_, &external_}) *v = fine.make_vector();
+    if (fine.has_frozen_force()) at_ = fine.make_vector();
+    if (fine.pressure_space()) volume_ = fine.make_pressure_vector();
     farthest_ = lost_at(fine);
     // The rounding of F = I + grad u limits forces to the last digit of the moduli.
     round_off_ = fine.force_epsilon() * fine.force_at_unit_strain();
@@ -98,8 +101,7 @@ void ForceBalance::add_stiffness_damping(Vec v) {
 }
 
 double ForceBalance::residual_norm() const {
-    return volume_ ? std::hypot(norm_of(residual_.get()), norm_of(volume_.get()))
-                   : norm_of(residual_.get());
+    return volume_ ? std::hypot(residual_size_, norm_of(volume_.get())) : residual_size_;
 }
 
 void ForceBalance::evaluate_frozen(ForcesAt forces_at) {
@@ -140,20 +142,43 @@ double ForceBalance::evaluate(ForcesAt forces_at, Vec along) {
     if (time_.is_dynamic() && (damps_from_start() || !fine.has_frozen_force()))
         add_stiffness_damping(time_.velocity());
     subtract_spring_pull();
-    scale_ = std::max(start_scale_, norm_of(force_.get()) + external_size_);
-    if (time_.is_dynamic()) time_.add_inertia(force_.get());
+    double size = 0;
+    if (time_.is_dynamic()) {
+        size = norm_of(force_.get());
+        time_.add_inertia(force_.get());
+    }
     {
-        const auto constrained = fine.constrained();
         const ReadArray f(force_.get()), external(external_.get()),
             net(state_.end_force ? state_.end_force.get() : external_.get());
         const double of_net = time_.history_weight();
         WriteArray r(residual_.get());
-        over_components(team_, fine, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i)
-                r[i] = constrained[i / 3] >> (i % 3) & 1 ? 0 : external[i] - f[i] + of_net * net[i];
+        const double now = set_residual([&](std::size_t i, bool is_free) {
+            r[i] = is_free ? external[i] - f[i] + of_net * net[i] : 0;
+            return Pair{f[i], r[i]};
         });
+        if (!time_.is_dynamic()) size = now;
     }
+    scale_ = std::max(start_scale_, size + external_size_);
     return residual_norm();
+}
+
+template <class OfComponent>
+double ForceBalance::set_residual(OfComponent&& of_component) {
+    using Squares = Eigen::Array<double, 2, 3>;  // of forces and residuals, by axis
+    const auto constrained = level().constrained();
+    const auto of_nodes = [&](std::size_t begin, std::size_t end) -> Squares {
+        Squares squares = Squares::Zero();
+        for (std::size_t n = begin; n < end; ++n)
+            for (int axis = 0; axis < 3; ++axis)
+                squares.col(axis) +=
+                    of_component(3 * n + axis, !(constrained[n] >> axis & 1)).square();
+        return squares;
+    };
+    const PartitionedMesh& share = level().share();
+    Pair sums = sum_in_pieces(team_, share.owned, of_nodes).rowwise().sum();
+    sum_over_ranks(share.comm, {sums.data(), 2});
+    residual_size_ = std::sqrt(sums[1]);
+    return std::sqrt(sums[0]);
 }
 
 void ForceBalance::subtract_spring_pull() {
@@ -166,13 +191,6 @@ void ForceBalance::subtract_spring_pull() {
         if (springs[i / 3] > 0) f[i] -= springs[i / 3] * (springs_.target[i / 3][i % 3] - u[i]);
 }
 
-void ForceBalance::zero_constrained(Vec v) const {
-    const auto constrained = level().constrained();
-    WriteArray values(v);
-    for (std::size_t i = 0; i < values.span().size(); ++i)
-        if (constrained[i / 3] >> (i % 3) & 1) values[i] = 0;
-}
-
 double ForceBalance::subtract_prescribed() {
     Vec w = prescribed_.increment();
     update_ghosts(w);
@@ -183,9 +201,16 @@ double ForceBalance::subtract_prescribed() {
         LIVETET_PETSC(VecSet(force_.get(), 0));
         level().add_stiffness_times(factor, configuration(), w, force_.get(), Support::constrained);
     }
-    zero_constrained(force_.get());
-    LIVETET_PETSC(VecAXPY(residual_.get(), -1, force_.get()));
-    scale_ = std::max(scale_, norm_of(force_.get()));
+    {
+        const ReadArray f(force_.get());
+        WriteArray r(residual_.get());
+        const double size = set_residual([&](std::size_t i, bool is_free) {
+            const double change = is_free ? f[i] : 0;
+            r[i] -= change;
+            return Pair{change, r[i]};
+        });
+        scale_ = std::max(scale_, size);
+    }
     return residual_norm();
 }
 

@@ -108,7 +108,11 @@ class ForceBalance {
     void add_stiffness_damping(Vec v);
     OperatorTerms terms(Tangent tangent) const;
     void subtract_spring_pull();
-    void zero_constrained(Vec v) const;
+    using Pair = Eigen::Array2d;
+    /// Calls of_component(i, is_free), which sets the residual's component i and gives that of the
+    /// force and of the residual; returns the force's length and keeps the residual's.
+    template <class OfComponent>
+    double set_residual(OfComponent&& of_component);
 
     LinearSolver& solver_;
     TimeIntegrator& time_;
@@ -124,6 +128,7 @@ class ForceBalance {
     double elastic_along_ = 0;
     double scale_ = 0, start_scale_ = 0;
     double external_size_ = 0;
+    double residual_size_ = 0;
     double round_off_ = 0;
     double farthest_ = 0;  ///< norm of the displacement, m, beyond which a state is lost
     PhaseCost cost_;

@@ -56,8 +56,8 @@ void FrameStepper::watch_for_jump() {
 StepReport FrameStepper::advance(FrameControls controls) {
     if (controls.deadline) controls.deadline = reserve_.before(*controls.deadline);
     if (!du_) {
-        du_ = make_vector(solver_.fine().share());
-        if (state_.p) dp_ = make_vector(*solver_.fine().pressure_space());
+        du_ = solver_.fine().make_vector();
+        if (state_.p) dp_ = solver_.fine().make_pressure_vector();
     }
     StepReport report;
     Stopwatch watch;

@@ -69,7 +69,7 @@ bool is_given(const char* option) {
 }
 
 PetscHandle<Vec> make_unknown(const LinearSolver& solver) {
-    if (!solver.is_mixed()) return make_vector(solver.fine().share());
+    if (!solver.is_mixed()) return solver.fine().make_vector();
     PetscHandle<Vec> x;
     LIVETET_PETSC(MatCreateVecs(solver.matrix(), x.out(), nullptr));
     return x;
@@ -189,8 +189,8 @@ StepReport NewtonSolver::solve(const SolveControls& controls) {
 bool NewtonSolver::predict() {
     const bool moves = prescribed_.increment_size() != 0;
     if (!du_) {
-        du_ = make_vector(solver_.fine().share());
-        if (state_.p) dp_ = make_vector(*solver_.fine().pressure_space());
+        du_ = solver_.fine().make_vector();
+        if (state_.p) dp_ = solver_.fine().make_pressure_vector();
     }
     Stopwatch watch;
     const double imbalance = moves ? balance_.subtract_prescribed() : balance_.residual_norm();

@@ -6,7 +6,7 @@
 namespace livetet {
 
 PrescribedMotion::PrescribedMotion(const LevelAssembler& level)
-    : level_(level), increment_(make_vector(level.share())) {}
+    : level_(level), increment_(level.make_vector()) {}
 
 void PrescribedMotion::find_nodes() {
     const std::int32_t owned = level_.share().owned;

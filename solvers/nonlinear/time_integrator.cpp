@@ -14,17 +14,15 @@ void raise_to(std::atomic<double>& largest, double value) {
 
 TimeIntegrator::TimeIntegrator(const TimeOptions& time, const LevelAssembler& level,
                                BodyState& state, ThreadTeam& team)
-    : time_(time), level_(level), state_(state), team_(team), u0_(make_vector(level.share())) {
-    state.u = make_vector(level.share());
+    : time_(time), level_(level), state_(state), team_(team), u0_(level.make_vector()) {
+    state.u = level.make_vector();
     if (is_dynamic()) {
         const HeapMeter meter(&cost_);
-        for (PetscHandle<Vec>* v : {&state.v, &state.a, &velocity_})
-            *v = make_vector(level.share());
-        if (time_.scheme == TimeScheme::generalized_alpha)
-            state.end_force = make_vector(level.share());
+        for (PetscHandle<Vec>* v : {&state.v, &state.a, &velocity_}) *v = level.make_vector();
+        if (time_.scheme == TimeScheme::generalized_alpha) state.end_force = level.make_vector();
     }
     if (level.pressure_space())
-        for (PetscHandle<Vec>* p : {&state.p, &p0_}) *p = make_vector(*level.pressure_space());
+        for (PetscHandle<Vec>* p : {&state.p, &p0_}) *p = level.make_pressure_vector();
 }
 
 double TimeIntegrator::stiffness_factor() const { return 1 + time_.rayleigh_beta * c_.v_u; }
