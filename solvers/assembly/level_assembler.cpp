@@ -234,6 +234,26 @@ void LevelAssembler::update_rotations(Vec u, ElementRotations& rotations) const 
     });
 }
 
+namespace {
+
+/// Adds the matrix of a local element; rows of other ranks' nodes are theirs.
+template <class Matrix>
+void add_element(BlockMatrix::Filling& matrix, const BlockPattern& pattern,
+                 const PartitionedMesh& share, std::size_t e, const Matrix& K) {
+    constexpr int nodes = Matrix::ColsAtCompileTime / 3;
+    for (int i = 0; i < nodes; ++i) {
+        const std::int32_t row = share.node(e, i);
+        if (row >= share.owned) continue;
+        for (int j = 0; j < nodes; ++j) {
+            const std::int32_t column = share.node(e, j);
+            matrix.add(row, column, pattern.place(e, i, j, row, column),
+                       K.template block<3, 3>(3 * i, 3 * j));
+        }
+    }
+}
+
+}  // namespace
+
 void LevelAssembler::add_stiffness(BlockMatrix::Filling& matrix, const Configuration& at,
                                    double factor, Tangent tangent) {
     const BlockPattern& pattern = matrix_->pattern();
@@ -252,17 +272,19 @@ void LevelAssembler::add_stiffness(BlockMatrix::Filling& matrix, const Configura
             });
         return;
     }
-    visit_points(at, [&](const ConstitutiveModel& model, std::size_t e, const TetElement& element,
-                         int, const auto& point, const Eigen::Matrix3d& H, const Eigen::Matrix3d& R,
-                         double p) {
-        visit_stiffness(model, tangent, factor * point.weight, element.mu,
-                        is_mixed() ? 0 : element.lambda, p, H, R, point.gradients,
-                        [&](int i, int j, const Eigen::Matrix3d& K) {
-                            const std::int32_t row = share_.node(e, i), column = share_.node(e, j);
-                            if (row < share_.owned)
-                                matrix.add(row, column, pattern.place(e, i, j, row, column), K);
-                        });
-    });
+    std::vector<double> of_element;
+    visit_points(
+        at, [&]<int nodes>(const ConstitutiveModel& model, std::size_t e, const TetElement& element,
+                           int number, const ElementPoint<nodes>& point, const Eigen::Matrix3d& H,
+                           const Eigen::Matrix3d& R, double p) {
+            using Matrix = ElementMatrix<nodes>;
+            if (number == 0) of_element.assign(Matrix::SizeAtCompileTime, 0);
+            Eigen::Map<Matrix> K(of_element.data());
+            add_stiffness_of_point(model, tangent, factor * point.weight, element.mu,
+                                   is_mixed() ? 0 : element.lambda, p, H, R, point.gradients, K);
+            if (number + 1 == ElementShape<nodes>::points)
+                add_element(matrix, pattern, share_, e, K);
+        });
 }
 
 void LevelAssembler::keep_damping(const Configuration& at) {

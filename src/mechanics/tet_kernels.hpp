@@ -64,36 +64,43 @@ inline Eigen::Matrix3d shear_block(double volume_mu, const Eigen::Vector3d& h_i,
     return K;
 }
 
-/// The blocks of one quadrature point, visited as visit(i, j, K_ij):
-///     K_ij = V (G_i : A : G_j) + V lambda n_i n_j^T,  (G_i)_abc = delta_ab (g_i)_c,
-/// with A the model's shear_tangent and n_i = (d theta / dF) g_i. H = F - I; `weight`: V, the tet's
-/// volume times the point's share, m^3; `lambda`: 0 in the mixed form, else p = lambda theta, Pa.
-template <class Gradients, class Visit>
-void visit_stiffness(const ConstitutiveModel& model, Tangent tangent, double weight, double mu,
-                     double lambda, double p, const Eigen::Matrix3d& H, const Eigen::Matrix3d& R,
-                     const Gradients& g, Visit&& visit) {
+/// Of all components of an element's nodes, node by node.
+template <int nodes>
+using ElementMatrix = Eigen::Matrix<double, 3 * nodes, 3 * nodes>;
+
+/// K += V G^T (A + lambda t t^T) G, the share of one quadrature point: A is the model's
+/// shear_tangent, t = d theta / dF, and G takes the displacements to vec H (columns stacked), so
+/// that column 3 i + a of G holds g_i in the rows of H's row a. With Q = V (A + lambda t t^T),
+///     E = G^T Q, of nine columns: E_(3i+r),k = sum_a (g_i)_a Q_(3a+r),k
+///     K_.,(3j+c) += sum_b (g_j)_b E_.,(3b+c)
+/// H = F - I; `weight`: V, the tet's volume times the point's share, m^3; `lambda`: 0 in the mixed
+/// form, else p = lambda theta, Pa.
+template <class Gradients, class Matrix>
+void add_stiffness_of_point(const ConstitutiveModel& model, Tangent tangent, double weight,
+                            double mu, double lambda, double p, const Eigen::Matrix3d& H,
+                            const Eigen::Matrix3d& R, const Gradients& g, Matrix& K) {
     constexpr int nodes = Gradients::ColsAtCompileTime;
-    const Gradients n = model.volume_strain_gradient(H, R) * g;
+    const Eigen::Matrix3d t = model.volume_strain_gradient(H, R);
     if (model.is_hooke_by_rotation() && tangent == Tangent::frozen_rotation) {
-        for (int i = 0; i < nodes; ++i)
-            for (int j = 0; j < nodes; ++j)
-                visit(i, j,
-                      shear_block(weight * mu, n.col(i), n.col(j)) +
-                          (weight * lambda) * n.col(i) * n.col(j).transpose());
+        const Gradients n = t * g;
+        for (int j = 0; j < nodes; ++j)
+            for (int i = 0; i < nodes; ++i)
+                K.template block<3, 3>(3 * i, 3 * j) +=
+                    shear_block(weight * mu, n.col(i), n.col(j)) +
+                    (weight * lambda) * n.col(i) * n.col(j).transpose();
         return;
     }
-    const Matrix9 A = model.shear_tangent(mu, p, H, tangent);
-    for (int j = 0; j < nodes; ++j) {
-        const Eigen::Matrix<double, 9, 3> column =
-            weight * (g(0, j) * A.template leftCols<3>() + g(1, j) * A.template middleCols<3>(3) +
-                      g(2, j) * A.template rightCols<3>());
-        for (int i = 0; i < nodes; ++i) {
-            Eigen::Matrix3d K = g(0, i) * column.topRows<3>() + g(1, i) * column.middleRows<3>(3) +
-                                g(2, i) * column.bottomRows<3>();
-            K += (weight * lambda) * n.col(i) * n.col(j).transpose();
-            visit(i, j, K);
-        }
-    }
+    const Eigen::Map<const Eigen::Matrix<double, 9, 1>> of_volume(t.data());
+    Matrix9 Q = weight * model.shear_tangent(mu, p, H, tangent);
+    if (lambda != 0) Q += (weight * lambda) * of_volume * of_volume.transpose();
+    Eigen::Matrix<double, 3 * nodes, 9> E;
+    for (int k = 0; k < 9; ++k)
+        Eigen::Map<Gradients>(E.col(k).data()).noalias() =
+            Eigen::Map<const Eigen::Matrix3d>(Q.col(k).data()) * g;
+    for (int j = 0; j < nodes; ++j)
+        for (int c = 0; c < 3; ++c)
+            K.col(3 * j + c) +=
+                g(0, j) * E.col(c) + g(1, j) * E.col(3 + c) + g(2, j) * E.col(6 + c);
 }
 
 }  // namespace livetet

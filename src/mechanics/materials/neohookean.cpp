@@ -89,7 +89,33 @@ Eigen::Matrix3d NeoHookean::bounded_increment(double lambda, double mu, const Ma
     return mu * dF + k * N.cwiseProduct(dF).sum() * N + factor * cofactor_increment(F, dF);
 }
 
+namespace {
+
+/// d (cof F) / dF, on columns stacked: (cof F)_ia = 1/2 e_ijk e_abc F_jb F_kc, so that the block of
+/// columns a and b of F, with c the third, is (i, j) -> e_abc e_ijk F_kc.
+Matrix9 cofactor_derivative(const Eigen::Matrix3d& F) {
+    Matrix9 derivative = Matrix9::Zero();
+    for (int c = 0; c < 3; ++c) {
+        const int a = (c + 1) % 3, b = (c + 2) % 3;
+        Eigen::Matrix3d turn;
+        turn << 0, F(2, c), -F(1, c), -F(2, c), 0, F(0, c), F(1, c), -F(0, c), 0;
+        derivative.block<3, 3>(3 * a, 3 * b) = turn;
+        derivative.block<3, 3>(3 * b, 3 * a) = -turn;
+    }
+    return derivative;
+}
+
+}  // namespace
+
 Matrix9 NeoHookean::shear_tangent(double mu, double p, const Matrix3& H, Tangent tangent) const {
+    if (tangent == Tangent::exact) {  // the increment's formula: without a decomposition
+        const Matrix3 F = deformation_gradient(H), N = cofactor_of(F);
+        const Eigen::Map<const Eigen::Matrix<double, 9, 1>> n(N.data());
+        Matrix9 A = (mu * (dilation_of(H) - 1) + p) * cofactor_derivative(F);
+        A.diagonal().array() += mu;
+        A += mu * n * n.transpose();
+        return A;
+    }
     const SignedSvd svd = signed_svd(deformation_gradient(H));
     const Eigen::Vector3d& s = svd.sigma;
     const double factor = mu * (s.prod() - 2) + p;  // of d^2 J / ds^2

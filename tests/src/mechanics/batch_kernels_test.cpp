@@ -309,9 +309,11 @@ void visit_blocks(const Soup& s, const TetBatches<double>& batches,
         const Matrix3d H = gradient_of(s.elements[e], s.nodal(e, s.u));
         const Matrix3d R = BatchKernels<double>::rotation(batches, r, e);
         const TetElement& t = s.elements[e];
-        visit_stiffness(corotated, tangent, 0.7 * t.volume, t.mu, t.lambda,
-                        t.lambda * corotated.volume_strain(H, R), H, R, t.gradients,
-                        [&](int i, int j, const Matrix3d& K) { visit(e, i, j, K); });
+        ElementMatrix<4> K = ElementMatrix<4>::Zero();
+        add_stiffness_of_point(corotated, tangent, 0.7 * t.volume, t.mu, t.lambda,
+                               t.lambda * corotated.volume_strain(H, R), H, R, t.gradients, K);
+        for (int i = 0; i < 4; ++i)
+            for (int j = 0; j < 4; ++j) visit(e, i, j, Matrix3d(K.block<3, 3>(3 * i, 3 * j)));
     }
 }
 

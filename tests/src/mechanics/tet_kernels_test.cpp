@@ -5,6 +5,7 @@
 #include <random>
 
 #include "mechanics/materials/corotated.hpp"
+#include "mechanics/materials/neohookean.hpp"
 
 namespace livetet {
 namespace {
@@ -65,24 +66,50 @@ TEST(TetShape, SharesOfMassAndForceSumToOne) {
     EXPECT_NEAR(force, 1, 1e-14);
 }
 
-TEST(VisitStiffness, HeldRotationBlocksAreTheDerivativeOfTheStressWithTheRotationHeld) {
-    const Corotated corotated;
+/// K_ij e_c = V dP g_i, with the increment of stress of dH = e_c g_j^T.
+template <class Gradients, class Matrix, class Increment>
+void expect_increments(const Gradients& g, const Matrix& K, double weight, Increment&& dP) {
+    for (int j = 0; j < Gradients::ColsAtCompileTime; ++j)
+        for (int c = 0; c < 3; ++c) {
+            const Matrix3d forces = weight * dP(Vector3d::Unit(c) * g.col(j).transpose());
+            for (int i = 0; i < Gradients::ColsAtCompileTime; ++i)
+                EXPECT_LT((forces * g.col(i) - K.template block<3, 1>(3 * i, 3 * j + c)).norm(),
+                          1e-12);
+        }
+}
+
+Matrix3d random_displacement_gradient() {
     std::mt19937 generator(3);
     std::normal_distribution<double> normal;
-    const Matrix3d F =
-        Matrix3d::Identity() + Matrix3d::NullaryExpr([&] { return 0.3 * normal(generator); });
-    const Matrix3d R = rotation_of(F), H = F - Matrix3d::Identity();
-    const auto g = element.gradients;
-    visit_stiffness(corotated, Tangent::frozen_rotation, element.volume, element.mu, element.lambda,
-                    0, H, R, g, [&](int i, int j, const Matrix3d& K) {
-                        for (int c = 0; c < 3; ++c) {
-                            const Matrix3d dF = Vector3d::Unit(c) * g.col(j).transpose();
-                            const Matrix3d dP =
-                                corotated.shear_stress_increment(element.mu, 0, H, R, dF) +
-                                element.lambda * R.cwiseProduct(dF).sum() * R;
-                            EXPECT_LT((element.volume * dP * g.col(i) - K.col(c)).norm(), 1e-12);
-                        }
-                    });
+    return Matrix3d::NullaryExpr([&] { return 0.3 * normal(generator); });
+}
+
+TEST(StiffnessOfPoint, IsTheDerivativeOfTheStressWithTheRotationHeld) {
+    const Corotated corotated;
+    const Matrix3d H = random_displacement_gradient(), R = rotation_of(Matrix3d::Identity() + H);
+    ElementMatrix<4> K = ElementMatrix<4>::Zero();
+    add_stiffness_of_point(corotated, Tangent::frozen_rotation, element.volume, element.mu,
+                           element.lambda, 0, H, R, element.gradients, K);
+    expect_increments(element.gradients, K, element.volume, [&](const Matrix3d& dF) -> Matrix3d {
+        return corotated.shear_stress_increment(element.mu, 0, H, R, dF) +
+               element.lambda * R.cwiseProduct(dF).sum() * R;
+    });
+}
+
+TEST(StiffnessOfPoint, IsAddedToWhatOtherPointsGave) {
+    const NeoHookean model;
+    const Matrix3d H = random_displacement_gradient(), R = Matrix3d::Identity();
+    const double p = element.lambda * model.volume_strain(H, R);
+    const Matrix3d theta = model.volume_strain_gradient(H, R);
+    const auto g = TetShape<10>::gradients(element, 2);
+    const Matrix9 A = model.shear_tangent(element.mu, p, H, Tangent::exact);
+    ElementMatrix<10> K = ElementMatrix<10>::Constant(2);
+    add_stiffness_of_point(model, Tangent::exact, 0.3, element.mu, element.lambda, p, H, R, g, K);
+    K.array() -= 2;
+    expect_increments(g, K, 0.3, [&](const Matrix3d& dF) -> Matrix3d {
+        const Eigen::Matrix<double, 9, 1> dP = A * dF.reshaped();
+        return Matrix3d(dP.reshaped(3, 3)) + element.lambda * theta.cwiseProduct(dF).sum() * theta;
+    });
 }
 
 }  // namespace
