@@ -22,6 +22,8 @@ namespace {
 struct AccuracyArguments {
     int seeds = 100;
     int other_seeds = 10;    ///< of other bodies
+    int limit_seeds = 20;    ///< of what limits the errors, at most
+    int sensors = 6;         ///< at most
     int tets = 6000;         ///< of the model, P2
     int truth_tets = 14000;  ///< of the truth, P2
     std::filesystem::path json, csv, figure, calibration;
@@ -29,7 +31,6 @@ struct AccuracyArguments {
 
 constexpr TrackerKind trackers[] = {{1.4, 0.5},
                                     {0.5, 0.2}};  // as stated by makers of electromagnetic trackers
-constexpr int max_sensors = 6;
 
 MeshHierarchy mesh_model(const PhantomImages& images, int tets, const ProgressCallback& progress) {
     return mesh_phantom(images, {"", tets, 0, 0, 0}, progress);
@@ -50,8 +51,8 @@ AccuracySeries run_seeds(AccuracyModel& model, AccuracyCase c, int seeds,
 }
 
 AccuracyTable fill_table(AccuracyModel& model, const PressedOrgan& organ,
-                         const TrackerKind& tracker, int seeds, ProgressLine& progress, double from,
-                         double to) {
+                         const TrackerKind& tracker, const AccuracyArguments& arguments,
+                         ProgressLine& progress, double from, double to) {
     const std::vector<std::size_t> judged = judged_targets(organ.truth);
     AccuracyTable table{tracker, {}, {}, {}};
     for (std::size_t d = 0; d < organ.truth.depths.size(); ++d) {
@@ -61,15 +62,21 @@ AccuracyTable fill_table(AccuracyModel& model, const PressedOrgan& organ,
             squares += organ.truth.targets[i].displacement[d].squaredNorm();
         table.motion_mm.push_back(1e3 * std::sqrt(squares / static_cast<double>(judged.size())));
     }
-    for (int sensors = 1; sensors <= max_sensors; ++sensors)
+    const int most = arguments.sensors;
+    for (int sensors = 1; sensors <= most; ++sensors)
         table.by_sensors.push_back(run_seeds(
-            model, {tracker.position_rms_mm, tracker.rotation_rms_deg, sensors}, seeds,
+            model, {tracker.position_rms_mm, tracker.rotation_rms_deg, sensors}, arguments.seeds,
             [&](double fraction, std::string_view what) {
-                progress.update(from + (to - from) * (sensors - 1 + fraction) / max_sensors,
+                progress.update(from + (to - from) * (sensors - 1 + fraction) / most,
                                 fmt::format("{} mm, {} of {} sensors, {}", tracker.position_rms_mm,
-                                            sensors, max_sensors, what));
+                                            sensors, most, what));
             }));
     return table;
+}
+
+/// One sensor, and as many as there are at most.
+std::vector<int> one_and_most(const AccuracyArguments& arguments) {
+    return arguments.sensors > 1 ? std::vector{1, arguments.sensors} : std::vector{1};
 }
 
 /// Errors with causes removed one after the other: the tracker's noise, the organ's motion, then
@@ -80,27 +87,30 @@ std::vector<NamedSeries> find_limits(AccuracyModel& model, const MeshHierarchy& 
                                      const std::vector<AccuracyTable>& tables,
                                      const AccuracyArguments& arguments, ProgressLine& progress) {
     std::vector<NamedSeries> limits;
-    const int some = std::min(arguments.seeds, 20);
+    const int some = std::min(arguments.seeds, arguments.limit_seeds);
+    const std::vector<int> sensor_counts = one_and_most(arguments);
     const auto add = [&](const std::string& name, AccuracyModel& with, AccuracyCase c, int runs) {
         progress.update(0.9 + 0.005 * static_cast<double>(limits.size()), "limits: " + name);
         limits.push_back({name, c.sensors, run_seeds(with, c, runs)});
     };
     const auto [position, rotation] = tables.front().tracker;
     for (const AccuracyTable& t : tables)
-        for (const int sensors : {1, max_sensors})
+        for (const int sensors : sensor_counts)
             limits.push_back({fmt::format("as above, tracker of {} mm", t.tracker.position_rms_mm),
                               sensors, t.by_sensors[sensors - 1]});
     add(fmt::format("tracker of {} mm", position), model, {position, rotation, max_true_sensors},
         some);
-    for (const int sensors : {1, max_sensors})
+    for (const int sensors : sensor_counts)
         add(fmt::format("tracker of {} mm, organ still: no lag", position), model,
             {position, rotation, sensors, 1, false}, some);
     add("no noise, organ moving: the filter's lag", model, {0, 0, 1}, some);
-    for (const int sensors : {1, max_sensors, max_true_sensors})
+    for (const int sensors : sensor_counts)
         add("no noise, organ still: model, mesh, sensors", model, {0, 0, sensors, 1, false}, 1);
+    add("no noise, organ still: model, mesh, sensors", model, {0, 0, max_true_sensors, 1, false},
+        1);
     {
         AccuracyModel finer(accuracy_scene(), mesh_model(images, 3 * arguments.tets, {}), organ);
-        for (const int sensors : {1, max_sensors})
+        for (const int sensors : sensor_counts)
             add(fmt::format("... on {} tets", finer.mesh().tets.size()), finer,
                 {0, 0, sensors, 1, false}, 1);
     }
@@ -113,7 +123,7 @@ std::vector<NamedSeries> find_limits(AccuracyModel& model, const MeshHierarchy& 
     scene = accuracy_scene();
     scene.elements = Elements::p1;
     AccuracyModel elements(scene, hierarchy, organ);
-    for (const int sensors : {1, max_sensors})
+    for (const int sensors : sensor_counts)
         add("... of four-node elements", elements, {0, 0, sensors, 1, false}, 1);
     return limits;
 }
@@ -148,7 +158,7 @@ std::vector<NamedSeries> press_other_bodies(const AccuracyArguments& arguments,
         const int tets = other.image_seed == 1 ? arguments.tets : 3 * arguments.tets / 2;
         AccuracyModel model(scene, mesh_model(images, tets, {}), organ);
         for (const TrackerKind& tracker : trackers)
-            for (const int sensors : {1, max_sensors})
+            for (const int sensors : one_and_most(arguments))
                 all.push_back(
                     {fmt::format("{}, tracker of {} mm", other.name, tracker.position_rms_mm),
                      sensors,
@@ -213,8 +223,7 @@ int bench_accuracy(const AccuracyArguments& arguments) {
     std::vector<AccuracyTable> tables;
     for (const TrackerKind& tracker : trackers) {
         const double from = 0.22 + 0.24 * static_cast<double>(tables.size());
-        tables.push_back(
-            fill_table(model, organ, tracker, arguments.seeds, progress, from, from + 0.24));
+        tables.push_back(fill_table(model, organ, tracker, arguments, progress, from, from + 0.24));
         print(tables.back());
         print_statement(tables.back());
     }
@@ -224,9 +233,12 @@ int bench_accuracy(const AccuracyArguments& arguments) {
         print_other_bodies(other_bodies, tables.front().depths_mm);
     }
     print_statement_verdict(judge_statement(tables, other_bodies));
-    const auto limits = find_limits(model, hierarchy, organ, images, tables, arguments, progress);
     const std::vector<double>& depths_mm = tables.front().depths_mm;
-    print(limits, depths_mm);
+    std::vector<NamedSeries> limits;
+    if (arguments.limit_seeds > 0) {
+        limits = find_limits(model, hierarchy, organ, images, tables, arguments, progress);
+        print(limits, depths_mm);
+    }
 
     // 3. files and verdict
     if (!arguments.json.empty()) {
@@ -266,6 +278,15 @@ void add_accuracy_benchmark(CLI::App& bench, int& status) {
                      "runs of each cell with five other bodies, for the stated errors; 0: none")
         ->capture_default_str()
         ->check(CLI::Range(0, 100000));
+    command
+        ->add_option("--limit-seeds", a->limit_seeds,
+                     "runs of each cell, at most, where causes of the errors are taken away one by "
+                     "one; 0: none")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 100000));
+    command->add_option("--sensors", a->sensors, "each number of sensors up to this one")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 6));
     command->add_option("--tets", a->tets, "ten-node tets of the model")
         ->capture_default_str()
         ->check(CLI::Range(500, 1000000));
