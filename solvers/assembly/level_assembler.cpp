@@ -236,7 +236,7 @@ void LevelAssembler::update_rotations(Vec u, ElementRotations& rotations) const 
 
 namespace {
 
-/// Adds the matrix of a local element; rows of other ranks' nodes are theirs.
+/// Adds the matrix of a local element. Skips rows of nodes that other ranks own.
 template <class Matrix>
 void add_element(BlockMatrix::Filling& matrix, const BlockPattern& pattern,
                  const PartitionedMesh& share, std::size_t e, const Matrix& K) {

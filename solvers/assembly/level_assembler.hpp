@@ -112,8 +112,8 @@ class LevelAssembler {
     /// Where the pressures live; empty in the displacement form.
     const PressureSpace* pressure_space() const { return pressure_ ? &*pressure_ : nullptr; }
 
-    /// A vector of displacements, or of pressures in the mixed form; on a level in single precision
-    /// of one rank its sums and updates run on the team.
+    /// A vector of displacements, or of pressures in the mixed form. On one rank, of a level that
+    /// is or has a copy in single precision, its sums and updates run on the team.
     PetscHandle<Vec> make_vector() const;
     PetscHandle<Vec> make_pressure_vector() const;
     /// Lumped mass of each owned node, kg; empty before `find_mass`.

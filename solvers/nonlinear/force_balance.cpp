@@ -152,30 +152,29 @@ double ForceBalance::evaluate(ForcesAt forces_at, Vec along) {
             net(state_.end_force ? state_.end_force.get() : external_.get());
         const double of_net = time_.history_weight();
         WriteArray r(residual_.get());
-        const double now = set_residual([&](std::size_t i, bool is_free) {
+        const double with_inertia = write_residual([&](std::size_t i, bool is_free) {
             r[i] = is_free ? external[i] - f[i] + of_net * net[i] : 0;
-            return Pair{f[i], r[i]};
+            return Eigen::Array2d{f[i], r[i]};
         });
-        if (!time_.is_dynamic()) size = now;
+        if (!time_.is_dynamic()) size = with_inertia;  // of which there is none
     }
     scale_ = std::max(start_scale_, size + external_size_);
     return residual_norm();
 }
 
-template <class OfComponent>
-double ForceBalance::set_residual(OfComponent&& of_component) {
-    using Squares = Eigen::Array<double, 2, 3>;  // of forces and residuals, by axis
+template <class Write>
+double ForceBalance::write_residual(Write&& write) {
+    using Squares = Eigen::Array<double, 2, 3>;  // of the force and of the residual, by axis
     const auto constrained = level().constrained();
     const auto of_nodes = [&](std::size_t begin, std::size_t end) -> Squares {
         Squares squares = Squares::Zero();
         for (std::size_t n = begin; n < end; ++n)
             for (int axis = 0; axis < 3; ++axis)
-                squares.col(axis) +=
-                    of_component(3 * n + axis, !(constrained[n] >> axis & 1)).square();
+                squares.col(axis) += write(3 * n + axis, !(constrained[n] >> axis & 1)).square();
         return squares;
     };
     const PartitionedMesh& share = level().share();
-    Pair sums = sum_in_pieces(team_, share.owned, of_nodes).rowwise().sum();
+    Eigen::Array2d sums = sum_in_pieces(team_, share.owned, of_nodes).rowwise().sum();
     sum_over_ranks(share.comm, {sums.data(), 2});
     residual_size_ = std::sqrt(sums[1]);
     return std::sqrt(sums[0]);
@@ -204,10 +203,10 @@ double ForceBalance::subtract_prescribed() {
     {
         const ReadArray f(force_.get());
         WriteArray r(residual_.get());
-        const double size = set_residual([&](std::size_t i, bool is_free) {
+        const double size = write_residual([&](std::size_t i, bool is_free) {
             const double change = is_free ? f[i] : 0;
             r[i] -= change;
-            return Pair{change, r[i]};
+            return Eigen::Array2d{change, r[i]};
         });
         scale_ = std::max(scale_, size);
     }

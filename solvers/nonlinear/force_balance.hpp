@@ -108,11 +108,11 @@ class ForceBalance {
     void add_stiffness_damping(Vec v);
     OperatorTerms terms(Tangent tangent) const;
     void subtract_spring_pull();
-    using Pair = Eigen::Array2d;
-    /// Calls of_component(i, is_free), which sets the residual's component i and gives that of the
-    /// force and of the residual; returns the force's length and keeps the residual's.
-    template <class OfComponent>
-    double set_residual(OfComponent&& of_component);
+    /// Calls write(i, is_free), which writes component i of the residual and returns {force,
+    /// residual}: that of the force and of the residual. Keeps the residual's norm, and returns the
+    /// force's.
+    template <class Write>
+    double write_residual(Write&& write);
 
     LinearSolver& solver_;
     TimeIntegrator& time_;

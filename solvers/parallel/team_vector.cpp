@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 
+#include <algorithm>
 #include <cmath>
 #include <tuple>
 
@@ -18,62 +19,104 @@ constexpr std::size_t grain = 2000;
 
 constexpr const char* key = "livetet_team";
 
-/// What a vector is given: its team, and the operations that it had.
-struct Team {
-    ThreadTeam* threads = nullptr;
+/// What is composed with a vector: its team, and the operations that it had.
+struct TeamOfVector {
+    ThreadTeam* team = nullptr;
     PetscErrorCode (*duplicate)(Vec, Vec*) = nullptr;
     PetscErrorCode (*norm)(Vec, NormType, PetscReal*) = nullptr;
 };
 
-const Team& team_of(Vec v) {
+const TeamOfVector& composed(Vec v) {
     PetscObject container = nullptr;
-    void* team = nullptr;
+    void* found = nullptr;
     LIVETET_PETSC(PetscObjectQuery(reinterpret_cast<PetscObject>(v), key, &container));
-    LIVETET_PETSC(PetscContainerGetPointer(reinterpret_cast<PetscContainer>(container), &team));
-    return *static_cast<const Team*>(team);
+    LIVETET_PETSC(PetscContainerGetPointer(reinterpret_cast<PetscContainer>(container), &found));
+    return *static_cast<const TeamOfVector*>(found);
 }
+
+ThreadTeam& team_of(Vec v) { return *composed(v).team; }
 
 using Values = Eigen::Map<Eigen::ArrayXd>;
 using ConstValues = Eigen::Map<const Eigen::ArrayXd>;
 
-/// work(y, x...) on pieces of the vectors' values, on the team of `owner`: PETSc calls an operation
-/// of one vector, and others need have no team.
+/// work(y, x...) on pieces of the vectors' values. PETSc calls the operation of one vector,
+/// `owner`; the others may have no team.
 template <class Work, class... From>
 PetscErrorCode on_pieces(Vec owner, Vec y, Work&& work, From... from) {
     return in_callback([&] {
         const std::tuple<std::conditional_t<true, ReadArray, From>...> read(from...);
         WriteArray to(y);
-        team_of(owner).threads->run_pieces(
-            to.span().size(), grain, [&](std::size_t begin, std::size_t end) {
-                const auto count = static_cast<Eigen::Index>(end - begin);
-                std::apply(
-                    [&](const auto&... x) {
-                        work(Values(to.span().data() + begin, count),
-                             ConstValues(x.span().data() + begin, count)...);
-                    },
-                    read);
-            });
+        team_of(owner).run_pieces(to.span().size(), grain, [&](std::size_t begin, std::size_t end) {
+            const auto count = static_cast<Eigen::Index>(end - begin);
+            std::apply(
+                [&](const auto&... x) {
+                    work(Values(to.span().data() + begin, count),
+                         ConstValues(x.span().data() + begin, count)...);
+                },
+                read);
+        });
     });
 }
 
 PetscErrorCode dot(Vec x, Vec y, PetscScalar* sum) {
     return in_callback([&] {
         const ReadArray a(x), b(y);
-        *sum = dot_on_team(*team_of(x).threads, a.span().data(), b.span().data(), a.span().size());
+        *sum = dot_on_team(team_of(x), a.span().data(), b.span().data(), a.span().size());
     });
 }
 
+/// Vectors that sums and updates of many take at once, so that the one is read but once for them.
+constexpr PetscInt at_once = 8;
+
+/// The arrays of up to at_once vectors.
+class ReadArrays {
+  public:
+    ReadArrays(const Vec* vectors, PetscInt count) : vectors_(vectors), count_(count) {
+        for (PetscInt k = 0; k < count_; ++k)
+            LIVETET_PETSC(VecGetArrayRead(vectors_[k], &data_[k]));
+    }
+    ~ReadArrays() {
+        for (PetscInt k = 0; k < count_; ++k) VecRestoreArrayRead(vectors_[k], &data_[k]);
+    }
+    ReadArrays(const ReadArrays&) = delete;
+    ReadArrays& operator=(const ReadArrays&) = delete;
+    PetscInt count() const { return count_; }
+    const double* operator[](PetscInt k) const { return data_[k]; }
+
+  private:
+    const Vec* vectors_;
+    PetscInt count_;
+    const PetscScalar* data_[at_once] = {};
+};
+
 PetscErrorCode dots(Vec x, PetscInt count, const Vec y[], PetscScalar* sums) {
-    for (PetscInt k = 0; k < count; ++k)
-        if (const PetscErrorCode failure = dot(x, y[k], sums + k)) return failure;
-    return 0;
+    return in_callback([&] {
+        using Sums = Eigen::Array<double, at_once, 1>;
+        const ReadArray a(x);
+        for (PetscInt first = 0; first < count; first += at_once) {
+            const ReadArrays b(y + first, std::min(at_once, count - first));
+            const Sums of_these = sum_in_pieces(
+                team_of(x), a.span().size(), [&](std::size_t begin, std::size_t end) -> Sums {
+                    Sums of_piece = Sums::Zero();
+                    for (PetscInt k = 0; k < b.count(); ++k)
+                        of_piece[k] = dot_of_piece(a.span().data(), b[k], begin, end);
+                    return of_piece;
+                });
+            std::copy_n(of_these.data(), b.count(), sums + first);
+        }
+    });
 }
 
 PetscErrorCode norm(Vec x, NormType type, PetscReal* size) {
-    if (type != NORM_2 && type != NORM_FROBENIUS) return team_of(x).norm(x, type, size);
-    const PetscErrorCode failure = dot(x, x, size);
-    *size = std::sqrt(*size);
-    return failure;
+    return in_callback([&] {
+        if (type != NORM_2 && type != NORM_FROBENIUS) {
+            LIVETET_PETSC(composed(x).norm(x, type, size));
+            return;
+        }
+        const ReadArray a(x);
+        *size =
+            std::sqrt(dot_on_team(team_of(x), a.span().data(), a.span().data(), a.span().size()));
+    });
 }
 
 PetscErrorCode set(Vec y, PetscScalar value) {
@@ -81,6 +124,7 @@ PetscErrorCode set(Vec y, PetscScalar value) {
 }
 
 PetscErrorCode scale(Vec y, PetscScalar factor) {
+    if (factor == 0) return set(y, 0);  // of NaN, too
     return on_pieces(y, y, [=](Values to) { to *= factor; });
 }
 
@@ -98,15 +142,15 @@ PetscErrorCode axpy(Vec y, PetscScalar a, Vec x) {
 
 /// y = a x + b y
 PetscErrorCode axpby(Vec y, PetscScalar a, PetscScalar b, Vec x) {
+    if (b == 0)  // whatever y holds
+        return on_pieces(
+            y, y, [=](Values to, ConstValues from) { to = a * from; }, x);
     return on_pieces(
         y, y, [=](Values to, ConstValues from) { to = a * from + b * to; }, x);
 }
 
 /// y = x + b y
-PetscErrorCode aypx(Vec y, PetscScalar b, Vec x) {
-    return on_pieces(
-        y, y, [=](Values to, ConstValues from) { to = from + b * to; }, x);
-}
+PetscErrorCode aypx(Vec y, PetscScalar b, Vec x) { return axpby(y, 1, b, x); }
 
 /// w = a x + y
 PetscErrorCode waxpy(Vec w, PetscScalar a, Vec x, Vec y) {
@@ -114,20 +158,31 @@ PetscErrorCode waxpy(Vec w, PetscScalar a, Vec x, Vec y) {
         w, w, [=](Values to, ConstValues of_x, ConstValues of_y) { to = a * of_x + of_y; }, x, y);
 }
 
+/// y += sum_k a_k x_k
 PetscErrorCode maxpy(Vec y, PetscInt count, const PetscScalar* a, Vec* x) {
-    for (PetscInt k = 0; k < count; ++k)
-        if (const PetscErrorCode failure = axpy(y, a[k], x[k])) return failure;
-    return 0;
+    return in_callback([&] {
+        constexpr std::size_t length = 1024;  // of a piece of y, which stays in the nearest cache
+        WriteArray to(y);
+        for (PetscInt first = 0; first < count; first += at_once) {
+            const ReadArrays terms(x + first, std::min(at_once, count - first));
+            team_of(y).run_pieces(to.span().size(), grain, [&](std::size_t begin, std::size_t end) {
+                for (std::size_t i = begin; i < end; i += length) {
+                    const auto n = static_cast<Eigen::Index>(std::min(length, end - i));
+                    for (PetscInt k = 0; k < terms.count(); ++k)
+                        Values(to.span().data() + i, n) +=
+                            a[first + k] * ConstValues(terms[k] + i, n);
+                }
+            });
+        }
+    });
 }
 
 PetscErrorCode duplicate(Vec v, Vec* twin) {
     return in_callback([&] {
-        const Team& team = team_of(v);
-        PetscReal size = 0;
-        LIVETET_PETSC(team.duplicate(v, twin));
-        run_on_team(*twin, *team.threads);
-        LIVETET_PETSC(VecSet(*twin, 0));
-        LIVETET_PETSC(VecNorm(*twin, NORM_2, &size));
+        const TeamOfVector& own = composed(v);
+        LIVETET_PETSC(own.duplicate(v, twin));
+        run_on_team(*twin, *own.team);
+        LIVETET_PETSC(VecSet(*twin, 0));  // makes room for the norm, too
     });
 }
 
@@ -135,15 +190,15 @@ PetscErrorCode duplicate(Vec v, Vec* twin) {
 
 void run_on_team(Vec v, ThreadTeam& team) {
     _VecOps& ops = *v->ops;
-    if (ops.dot != dot) {
-        auto* own = new Team{&team, ops.duplicate, ops.norm};
+    if (ops.dot != dot) {  // PETSc has given some duplicates what `v` has
         const auto destroy = [](void* t) -> PetscErrorCode {
-            delete static_cast<Team*>(t);
+            delete static_cast<TeamOfVector*>(t);
             return 0;
         };
         PetscContainer container = nullptr;
         LIVETET_PETSC(PetscContainerCreate(PETSC_COMM_SELF, &container));
-        LIVETET_PETSC(PetscContainerSetPointer(container, own));
+        LIVETET_PETSC(
+            PetscContainerSetPointer(container, new TeamOfVector{&team, ops.duplicate, ops.norm}));
         LIVETET_PETSC(PetscContainerSetUserDestroy(container, destroy));
         LIVETET_PETSC(PetscObjectCompose(reinterpret_cast<PetscObject>(v), key,
                                          reinterpret_cast<PetscObject>(container)));

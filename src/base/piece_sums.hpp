@@ -14,7 +14,7 @@ namespace livetet {
 template <class OfPiece>
 auto sum_in_pieces(ThreadTeam& team, std::size_t count, OfPiece&& of_piece) {
     constexpr std::size_t max_pieces = 64;
-    constexpr std::size_t min_length = 1536;  // of doubles: what the nearest cache holds
+    constexpr std::size_t min_length = 1536;  // shorter ones are not worth a call
     using Sum = decltype(of_piece(std::size_t{0}, count));
     const std::size_t length = std::max(min_length, (count + max_pieces - 1) / max_pieces);
     const std::size_t pieces = std::max<std::size_t>(1, (count + length - 1) / length);

@@ -64,7 +64,7 @@ inline Eigen::Matrix3d shear_block(double volume_mu, const Eigen::Vector3d& h_i,
     return K;
 }
 
-/// Of all components of an element's nodes, node by node.
+/// An element's stiffness: rows and columns are its nodes' components, node by node.
 template <int nodes>
 using ElementMatrix = Eigen::Matrix<double, 3 * nodes, 3 * nodes>;
 

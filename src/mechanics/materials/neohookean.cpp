@@ -91,16 +91,17 @@ Eigen::Matrix3d NeoHookean::bounded_increment(double lambda, double mu, const Ma
 
 namespace {
 
-/// d (cof F) / dF, on columns stacked: (cof F)_ia = 1/2 e_ijk e_abc F_jb F_kc, so that the block of
-/// columns a and b of F, with c the third, is (i, j) -> e_abc e_ijk F_kc.
+/// d (cof F) / dF, on columns stacked. (cof F)_ia = 1/2 e_ijk e_abc F_jb F_kc with the Levi-Civita
+/// symbol e. So the block of columns a and b of F is e_abc e_ijk F_kc at (i, j), with c the third
+/// column: plus or minus the matrix of the cross product with column c.
 Matrix9 cofactor_derivative(const Eigen::Matrix3d& F) {
     Matrix9 derivative = Matrix9::Zero();
     for (int c = 0; c < 3; ++c) {
         const int a = (c + 1) % 3, b = (c + 2) % 3;
-        Eigen::Matrix3d turn;
-        turn << 0, F(2, c), -F(1, c), -F(2, c), 0, F(0, c), F(1, c), -F(0, c), 0;
-        derivative.block<3, 3>(3 * a, 3 * b) = turn;
-        derivative.block<3, 3>(3 * b, 3 * a) = -turn;
+        Eigen::Matrix3d minus_cross;
+        minus_cross << 0, F(2, c), -F(1, c), -F(2, c), 0, F(0, c), F(1, c), -F(0, c), 0;
+        derivative.block<3, 3>(3 * a, 3 * b) = minus_cross;
+        derivative.block<3, 3>(3 * b, 3 * a) = -minus_cross;
     }
     return derivative;
 }

@@ -175,7 +175,7 @@ TEST(ConstitutiveModel, IncrementIsTheTangentWhereNoRotationIsHeld) {
     });
 }
 
-TEST(ConstitutiveModel, TangentByEigenvaluesIsTheOneByIncrements) {
+TEST(ConstitutiveModel, TangentOfAModelIsTheOneByIncrements) {
     for_each_model([](Model model) {
         if (model.kinematics() == Kinematics::corotated) return;
         for (const Matrix3d& F : gradients()) {
