@@ -80,7 +80,7 @@ std::vector<int> one_and_most(const AccuracyArguments& arguments) {
 }
 
 /// Errors with causes removed one after the other: the tracker's noise, the organ's motion, then
-/// the model's parts: its mesh by one of ten times as many tets, its material by another, its
+/// the model's parts: its mesh by one of three times as many tets, its material by another, its
 /// elements.
 std::vector<NamedSeries> find_limits(AccuracyModel& model, const MeshHierarchy& hierarchy,
                                      const PressedOrgan& organ, const PhantomImages& images,

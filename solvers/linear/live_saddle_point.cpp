@@ -6,13 +6,6 @@
 
 namespace livetet {
 
-namespace {
-
-/// Least number of components for which a further thread is woken.
-constexpr std::size_t grain = 2000;
-
-}  // namespace
-
 LiveSaddlePoint::LiveSaddlePoint(LiveSolver& inner, PressureCoupling& coupling,
                                  PetscHandle<KSP> schur)
     : inner_(inner),
@@ -45,9 +38,7 @@ void LiveSaddlePoint::precondition(std::span<const double> r, std::span<double> 
     LIVETET_PETSC(VecResetArray(cq_.get()));
     LIVETET_PETSC(VecResetArray(q_.get()));
     coupling_.matrix_free()->multiply_transposed(z_p, force_);
-    team().run_pieces(displacements_, grain, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) force_[i] = r[i] - force_[i];
-    });
+    inner_.fine().over_components([&](std::size_t i) { force_[i] = r[i] - force_[i]; });
     inner_.cycle(force_, z.first(displacements_));
 }
 

@@ -142,7 +142,7 @@ double ForceBalance::evaluate(ForcesAt forces_at, Vec along) {
     if (time_.is_dynamic() && (damps_from_start() || !fine.has_frozen_force()))
         add_stiffness_damping(time_.velocity());
     subtract_spring_pull();
-    double size = 0;
+    double size = 0;  // of the force without inertia
     if (time_.is_dynamic()) {
         size = norm_of(force_.get());
         time_.add_inertia(force_.get());
@@ -152,11 +152,11 @@ double ForceBalance::evaluate(ForcesAt forces_at, Vec along) {
             net(state_.end_force ? state_.end_force.get() : external_.get());
         const double of_net = time_.history_weight();
         WriteArray r(residual_.get());
-        const double with_inertia = write_residual([&](std::size_t i, bool is_free) {
+        const double of_whole_force = write_residual([&](std::size_t i, bool is_free) {
             r[i] = is_free ? external[i] - f[i] + of_net * net[i] : 0;
             return Eigen::Array2d{f[i], r[i]};
         });
-        if (!time_.is_dynamic()) size = with_inertia;  // of which there is none
+        if (!time_.is_dynamic()) size = of_whole_force;
     }
     scale_ = std::max(start_scale_, size + external_size_);
     return residual_norm();

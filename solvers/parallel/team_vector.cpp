@@ -65,7 +65,7 @@ PetscErrorCode dot(Vec x, Vec y, PetscScalar* sum) {
     });
 }
 
-/// Vectors that sums and updates of many take at once, so that the one is read but once for them.
+/// So many vectors a sum or an update takes in one pass over the vector that they all meet.
 constexpr PetscInt at_once = 8;
 
 /// The arrays of up to at_once vectors.
