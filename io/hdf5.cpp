@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstring>
 #include <limits>
 #include <type_traits>
 
@@ -88,6 +89,20 @@ bool is_stored(const Handle& dataset, std::size_t values) {
 
 int close_descriptor(Handle::Id descriptor) { return ::close(static_cast<int>(descriptor)); }
 
+Handle create_empty(const std::filesystem::path& path, const std::string& shown) {
+    const int found = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (found < 0) fail("{}: cannot be written: {}", shown, std::strerror(errno));
+    return Handle(found, close_descriptor);
+}
+
+/// Throws Error if this rank does not find the file that the first has made. With Open MPI's files
+/// the others would wait without an end for a rank that cannot open one.
+void expect_seen(const std::filesystem::path& path, const std::string& shown, int rank) {
+    if (::access(path.c_str(), W_OK) != 0)
+        fail("{}: cannot be written by rank {}: {}, expected a folder that all ranks share", shown,
+             rank, std::strerror(errno));
+}
+
 }  // namespace
 
 void File::together(const std::function<void()>& work) const {
@@ -107,6 +122,11 @@ File File::create(const std::filesystem::path& path, const std::string& shown, M
         MPI_Comm_rank(comm, &rank);
         MPI_Comm_size(comm, &ranks);
     }
+    Handle descriptor;
+    livetet::together(comm, [&] {
+        if (rank == 0) descriptor = create_empty(path, shown);
+    });
+    livetet::together(comm, [&] { expect_seen(path, shown, rank); });
     const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     if (ranks > 1) H5Pset_fapl_mpio(access.id(), comm, MPI_INFO_NULL);
     Handle handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), H5Fclose);
@@ -114,8 +134,7 @@ File File::create(const std::filesystem::path& path, const std::string& shown, M
         if (handle.id() < 0) fail("{}: cannot be written as HDF5 (is the disk full?)", shown);
     });
     File file(std::move(handle), shown);
-    if (rank == 0)
-        file.descriptor_ = Handle(::open(path.c_str(), O_WRONLY | O_CLOEXEC), close_descriptor);
+    file.descriptor_ = std::move(descriptor);
     file.comm_ = comm;
     file.rank_ = static_cast<std::size_t>(rank);
     file.ranks_ = static_cast<std::size_t>(ranks);

@@ -1,6 +1,8 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <future>
+#include <thread>
 
 #include "io/hierarchy_file.hpp"
 #include "io/result_file.hpp"
@@ -39,15 +41,51 @@ void prepare_swing(const Folder& folder) {
                                           "reactions], checkpoint_every: 5}\n");
 }
 
+/// Returns as soon as the run has left a checkpoint, or has ended.
+void wait_for_checkpoint(const Folder& folder, const std::future<test::Outcome>& run) {
+    while (!std::filesystem::exists(folder / "swing.h5.parts/checkpoint.h5") &&
+           run.wait_for(std::chrono::milliseconds(10)) != std::future_status::ready) {
+    }
+}
+
 /// Starts the run, and kills it as soon as it has left a checkpoint.
 void kill_after_checkpoint(const Folder& folder, const std::string& before) {
     auto run =
         std::async(std::launch::async, [&] { return livetet(folder, "solve swing.yaml", before); });
-    while (!std::filesystem::exists(folder / "swing.h5.parts/checkpoint.h5") &&
-           run.wait_for(std::chrono::milliseconds(10)) != std::future_status::ready) {
-    }
+    wait_for_checkpoint(folder, run);
     for (const pid_t p : test::programs_in(folder)) ::kill(p, SIGKILL);
     EXPECT_NE(run.get().status, 0);
+}
+
+/// The state of a process in /proc: 'T' if it is stopped.
+char state_of(pid_t process) {
+    const std::string stat = test::text_of(fmt::format("/proc/{}/stat", process));
+    const auto name_end = stat.rfind(')');
+    return name_end + 2 < stat.size() ? stat[name_end + 2] : 'X';
+}
+
+/// Removes the run's checkpoints while its ranks stand still between two files: Open MPI would wait
+/// without an end if the file went between the first rank's opening it and the others'.
+void remove_checkpoints_between_files(const Folder& folder) {
+    const auto parts = folder / "swing.h5.parts";
+    const auto being_written = [&] {
+        for (const auto& entry : std::filesystem::directory_iterator(parts))
+            if (entry.path().filename().string().front() == '.') return true;
+        return false;
+    };
+    for (bool removed = false; !removed;) {
+        const std::vector<pid_t> ranks = test::programs_in(folder);
+        if (ranks.empty()) return;
+        for (const pid_t p : ranks) {
+            ::kill(p, SIGSTOP);
+            while (state_of(p) != 'T' && state_of(p) != 'X')
+                std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+        removed = !being_written();
+        if (removed) std::filesystem::remove_all(parts);
+        for (const pid_t p : ranks) ::kill(p, SIGCONT);
+        std::this_thread::sleep_for(std::chrono::milliseconds(3));
+    }
 }
 
 TEST(Restart, WhatTheFirstRankCannotKeepEndsTheRunOnAllOfThem) {
@@ -56,14 +94,31 @@ TEST(Restart, WhatTheFirstRankCannotKeepEndsTheRunOnAllOfThem) {
     std::string longer = swing + "output: {file: swing.h5, every: 2, checkpoint_every: 5}\n";
     longer.replace(longer.find("duration_s: 0.4"), 15, "duration_s: 40");
     write_text(folder / "swing.yaml", longer);
-    write_text(folder / "losing",
-               "mpirun --oversubscribe -n 2 \"$@\" &\nuntil [ -e swing.h5.parts/checkpoint.h5 ]; "
-               "do sleep 0.05; done\n"
-               "until rm -rf swing.h5.parts; do :; done\nwait $!\n");
-    const auto outcome = livetet(folder, "solve swing.yaml", "timeout 100 sh losing");
+    auto run = std::async(std::launch::async,
+                          [&] { return livetet(folder, "solve swing.yaml", mpirun(2)); });
+    wait_for_checkpoint(folder, run);
+    remove_checkpoints_between_files(folder);
+    const auto outcome = run.get();
     EXPECT_EQ(outcome.status, 2) << outcome.err;
     EXPECT_NE(outcome.err.find("livetet: swing.h5.parts/"), std::string::npos) << outcome.err;
     EXPECT_FALSE(std::filesystem::exists(folder / "swing.h5"));
+}
+
+TEST(Restart, ARankThatDoesNotSeeTheFolderOfTheResultsIsNamed) {
+    const Folder folder;
+    prepare_swing(folder);
+    std::filesystem::create_directory(folder / "elsewhere");
+    for (const std::string name : {"block.h5", "swing.yaml"})
+        std::filesystem::copy(folder / name, folder / "elsewhere");
+    const auto outcome =
+        test::run(folder, "timeout 60 mpirun --oversubscribe -n 1 '" LIVETET_PROGRAM
+                          "' solve swing.yaml : -n 1 --wdir elsewhere '" LIVETET_PROGRAM
+                          "' solve swing.yaml");
+    EXPECT_EQ(outcome.status, 2) << outcome.err;
+    EXPECT_NE(outcome.err.find("cannot be written by rank 1: No such file or directory, expected "
+                               "a folder that all ranks share"),
+              std::string::npos)
+        << outcome.err;
 }
 
 TEST(Restart, AKilledRunGoesOnFromItsCheckpointOnAnotherNumberOfRanks) {
