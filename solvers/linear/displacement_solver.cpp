@@ -103,6 +103,7 @@ LinearReport DisplacementSolver::solve(Vec b, Vec /*b_p*/, Vec x, Vec /*x_p*/,
     const bool goes_on = start == LinearStart::earlier_solves;
     const bool started = goes_on && earlier_.find_start(matrix(), b);
     stopping_->begin(asked, std::max(asked.relative_tolerance * size, user_residual_));
+    begin_solve(started);
     Vec right_side = started ? earlier_.rest() : b;
     PetscInt iterations = 0;
     LIVETET_PETSC(KSPSolve(krylov_.get(), right_side, x));

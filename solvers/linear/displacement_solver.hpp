@@ -52,6 +52,8 @@ class DisplacementSolver : public LinearSolver {
     /// `configure` choose the preconditioner, and takes PETSc's options.
     void make_krylov(MPI_Comm comm, ErrorEstimate estimate);
     virtual void configure(PC pc) = 0;
+    /// A solve begins: of what a start from earlier solves has left, or of the whole.
+    virtual void begin_solve(bool /*has_start*/) {}
     /// Takes another preconditioner, or a positive operator for one that is not, after a solve that
     /// ended for this reason, if there is one that may do better. Returns whether it did.
     virtual bool change_preconditioner(KSPConvergedReason /*reason*/) { return false; }

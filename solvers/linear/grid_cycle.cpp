@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/sliced_task.hpp"
 #include "mesh/hex_transfer.hpp"
@@ -204,7 +205,6 @@ void GridCycle::factor_coarsest() {
 
 void GridCycle::restrict_residual(std::size_t l) {
     Level &level = *levels_[l], &coarse = *levels_[l + 1];
-    level.smoother.residual(level.r);
     const auto free = coarse.A.free();
     float* b = coarse.smoother.b().data();
     team_.run_pieces(coarse.nodes(), grain, [&](std::size_t begin, std::size_t end) {
@@ -228,7 +228,22 @@ void GridCycle::add_correction(std::size_t l) {
     });
 }
 
-void GridCycle::descend(std::size_t l) {
+void GridCycle::begin_descent(std::size_t l, bool smooths_before) {
+    Level& level = *levels_[l];
+    if (smooths_before) {
+        level.smoother.smooth(true);
+        level.smoother.residual(level.r);
+        return;
+    }
+    const std::vector<float>& b = level.smoother.b();
+    std::vector<float>& x = level.smoother.x();
+    level.A.over_components([&](std::size_t i) {
+        x[i] = 0;
+        level.r[i] = b[i];
+    });
+}
+
+void GridCycle::descend(std::size_t l, bool smooths_before) {
     Level& level = *levels_[l];
     if (l + 1 == levels_.size()) {
         const Eigen::Index n = factor_.rows();
@@ -238,7 +253,7 @@ void GridCycle::descend(std::size_t l) {
         x.array() *= Eigen::Map<const Eigen::ArrayXf>(level.A.free().data(), n);
         return;
     }
-    level.smoother.smooth(true);
+    begin_descent(l, smooths_before);
     restrict_residual(l);
     descend(l + 1);
     add_correction(l);
@@ -249,7 +264,7 @@ void GridCycle::cycle(std::span<const double> r, std::span<double> z) {
     Level& finest = *levels_.front();
     std::vector<float>&b = finest.smoother.b(), &x = finest.smoother.x();
     finest.A.over_components([&](std::size_t i) { b[i] = static_cast<float>(r[i]); });
-    descend(0);
+    descend(0, std::exchange(smooths_before_, true));
     finest.A.over_components([&](std::size_t i) { z[i] = x[i]; });
 }
 

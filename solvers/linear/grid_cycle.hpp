@@ -37,6 +37,9 @@ class GridCycle final : public LiveCycle {
     /// All of it, whatever is `wanted`: there are no matrices.
     RenewalExtent update(const ElementRotations& at, double s, double m,
                          RenewalExtent wanted = RenewalExtent::whole) override;
+    /// What a start has left is smooth: the first cycle after it does not smooth the finest level
+    /// before its correction, which saves a product and brings as much.
+    void begin_solve(bool has_start) override { smooths_before_ = !has_start; }
     void cycle(std::span<const double> r, std::span<double> z) override;
 
     double bytes_of_update() const override;
@@ -47,12 +50,14 @@ class GridCycle final : public LiveCycle {
     /// The rotations of the finest level's cells, once those of all levels are found.
     const ElementRotations& find_rotations(const ElementRotations& finest);
     void factor_coarsest();
-    void descend(std::size_t level);
+    void begin_descent(std::size_t level, bool smooths_before);
+    void descend(std::size_t level, bool smooths_before = true);
     void restrict_residual(std::size_t level);
     void add_correction(std::size_t level);
 
     ThreadTeam& team_;
     int smoothing_steps_;
+    bool smooths_before_ = true;  ///< on the finest level, in the next cycle
     std::vector<std::unique_ptr<Level>> levels_;
     Lists coarsest_neighbours_;  ///< of each node of the coarsest level
     std::vector<std::vector<std::int32_t>> coarsest_groups_;  ///< of its nodes, which are apart

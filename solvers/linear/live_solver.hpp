@@ -38,6 +38,7 @@ class LiveSolver : public DisplacementSolver {
     /// The frame's operator and its preconditioner, on the displacements' components.
     void multiply(std::span<const double> x, std::span<double> y);
     void cycle(std::span<const double> r, std::span<double> z) { cycle_->cycle(r, z); }
+    void begin_solve(bool has_start) override { cycle_->begin_solve(has_start); }
     /// {y, g} = [K B^T; B 0] {x, q}, K with mass and springs; see MatrixFreeCoupling.
     void multiply_mixed(MatrixFreeCoupling& coupling, std::span<const double> x,
                         std::span<const double> q, std::span<double> y, std::span<double> g);

@@ -156,6 +156,8 @@ class GridCycleTest : public testing::Test {
         for (const auto& level : levels) all.push_back(level.get());
         cycle = std::make_unique<GridCycle>(all, grid.levels, 2, ThreadTeam::alone());
         cycle->set_constrained();
+        fine = std::make_unique<MatrixFreeOperator>(*levels[0], ThreadTeam::alone());
+        fine->set_constrained();
         const TetMesh& mesh = grid.meshes.levels.front();
         n = 3 * static_cast<Eigen::Index>(mesh.nodes.size());
         const auto u = make_vector(levels[0]->share());
@@ -166,6 +168,7 @@ class GridCycleTest : public testing::Test {
         rotations = levels[0]->make_rotations();
         levels[0]->update_rotations(u.get(), rotations);
         (void)cycle->update(rotations, 1.2, 3e4);
+        fine->update(rotations, 1.2, 3e4);
     }
     Eigen::VectorXd wave(double frequency) const { return test::wave(*levels[0], frequency); }
     Eigen::VectorXd cycled(const Eigen::VectorXd& r) { return test::cycled(*cycle, r); }
@@ -176,6 +179,7 @@ class GridCycleTest : public testing::Test {
     std::vector<std::unique_ptr<LevelAssembler>> levels;
     ElementRotations rotations;
     std::unique_ptr<GridCycle> cycle;
+    std::unique_ptr<MatrixFreeOperator> fine;
     Eigen::Index n = 0;
 };
 
@@ -189,6 +193,31 @@ TEST_F(GridCycleTest, IsSymmetricAndPositive) {
         if (levels[0]->constrained()[i / 3]) {
             ASSERT_EQ(Ca[i], 0) << i;
         }
+}
+
+/// The first cycle after a start reduces a smooth error, along the line that a frame's first
+/// iteration takes, to 0.21 of its energy's norm, others to 0.15; it alone is such a cycle.
+TEST_F(GridCycleTest, AfterAStartSmoothsItsFinestLevelOnlyAfterwards) {
+    const auto times = [&](const Eigen::VectorXd& x) {
+        Eigen::VectorXd y(n);
+        fine->multiply(std::span(x.data(), n), std::span(y.data(), n));
+        return y;
+    };
+    const Eigen::VectorXd error = wave(0.01), r = times(error);
+    const auto left = [&](const Eigen::VectorXd& z) {  // of the energy
+        const double along = r.dot(z);
+        return std::sqrt(1 - along * along / (z.dot(times(z)) * error.dot(r)));
+    };
+    const Eigen::VectorXd whole = cycled(r);
+    cycle->begin_solve(true);
+    const Eigen::VectorXd first = cycled(r), second = cycled(r);
+    EXPECT_LT(left(first), 0.25);
+    EXPECT_LT(left(first), 1.6 * left(whole));
+    EXPECT_GT((first - whole).norm(), 1e-3 * whole.norm());
+    EXPECT_EQ(second, whole);
+    cycle->begin_solve(true);
+    cycle->begin_solve(false);
+    EXPECT_EQ(cycled(r), whole);
 }
 
 TEST(LiveGridSupport, RefusesWhatItCannotTake) {
