@@ -23,8 +23,8 @@ class LiveCycle {
     /// Where `wanted` is half, a cycle may renew less than the whole. Returns what was renewed.
     virtual RenewalExtent update(const ElementRotations& at, double s, double m,
                                  RenewalExtent wanted) = 0;
-    /// A solve begins: of what a start from earlier solves has left, or of the whole. Its first cycle
-    /// may be another, which need not be symmetric.
+    /// A solve begins: of what a start from earlier solves has left, or of the whole. Its first
+    /// cycle may be another, which need not be symmetric.
     virtual void begin_solve(bool /*has_start*/) {}
     /// z = one cycle for A z = r from zero; r and z zero at constrained components.
     virtual void cycle(std::span<const double> r, std::span<double> z) = 0;
