@@ -47,10 +47,21 @@ void scatter(const Hexahedron& cell, const Corners& values, double* y) {
     for (int c = 0; c < 8; ++c) Eigen::Map<Eigen::Vector3d>(y + 3 * cell[c]) += values.col(c);
 }
 
+/// Whether a coarse place holds several cells: parts of the body across a cut or another gap.
+bool has_gaps(std::span<const HexLevel> levels) {
+    return std::any_of(levels.begin() + 1, levels.end(), [](const HexLevel& level) {
+        std::vector<HexPlace> places = level.places;
+        std::sort(places.begin(), places.end());
+        return std::ranges::adjacent_find(places) != places.end();
+    });
+}
+
 }  // namespace
 
 HexMultigrid::HexMultigrid(std::vector<HexLevel> levels, HexCells cells, int smoothing_steps)
-    : cells_(std::move(cells)), smoothing_steps_(smoothing_steps) {
+    : cells_(std::move(cells)),
+      smoothing_steps_(smoothing_steps),
+      coarse_smoothing_steps_(has_gaps(levels) ? 2 * smoothing_steps : smoothing_steps) {
     for (const auto& [lambda, mu] : cells_.moduli) {
         TetElement cell = cells_.frame;
         cell.lambda = lambda, cell.mu = mu;
@@ -311,7 +322,8 @@ void HexMultigrid::smooth(std::size_t l) {
     double rho = half / middle;
     precondition(level, level.r, level.w);
     level.d = level.w / middle;
-    for (int k = 1; k < smoothing_steps_; ++k) {
+    const int steps = l == 0 ? smoothing_steps_ : coarse_smoothing_steps_;
+    for (int k = 1; k < steps; ++k) {
         level.x += level.d;
         apply(l, level.d, level.w);
         level.r -= level.w;

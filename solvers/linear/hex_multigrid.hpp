@@ -38,7 +38,8 @@ struct HexCells {
 ///     cycle(r, z);                     // as often as wanted
 class HexMultigrid {
   public:
-    /// `levels`: finest first, see hex_levels. `smoothing_steps` before and after each correction.
+    /// `levels`: finest first, see hex_levels. `smoothing_steps` before and after each correction;
+    /// on the coarse levels of a body that is cut twice as many, since its bridges are wider there.
     HexMultigrid(std::vector<HexLevel> levels, HexCells cells, int smoothing_steps);
 
     /// Of each node: bit 0: x, 1: y, 2: z.
@@ -87,7 +88,7 @@ class HexMultigrid {
 
     HexCells cells_;
     std::vector<Matrix24> stiffness_;  ///< of each material's full cell
-    int smoothing_steps_;
+    int smoothing_steps_, coarse_smoothing_steps_;
     std::vector<Level> levels_;
     double s_ = 1;
     std::vector<double> diagonal_, cells_at_node_;

@@ -10,6 +10,7 @@
 #include "base/disjoint_sets.hpp"
 #include "base/error.hpp"
 #include "base/sliced_task.hpp"
+#include "mesh/cut_ends.hpp"
 
 namespace livetet {
 
@@ -121,9 +122,12 @@ HexLevel make_hex_level(std::vector<HexPlace> places, std::vector<HexLink> links
     return level;
 }
 
-HexLevel coarser_level(HexLevel& fine) {
+namespace {
+
+/// The next coarser level as if the cells of `fine` had these links alone; sets `fine.parents`.
+HexLevel coarsened(HexLevel& fine, std::span<const HexLink> links) {
     DisjointSets parts(fine.places.size());
-    for (const HexLink& link : fine.links)
+    for (const HexLink& link : links)
         if (parent_place(fine.places[link.lower]) == parent_place(fine.places[link.upper]))
             parts.join(link.lower, link.upper);
     std::vector<HexPlace> places;
@@ -138,14 +142,28 @@ HexLevel coarser_level(HexLevel& fine) {
         fine.parents.push_back(of_part);
     }
     pause_point();
-    std::vector<HexLink> links;
-    for (const HexLink& link : fine.links)
+    std::vector<HexLink> of_parents;
+    for (const HexLink& link : links)
         if (fine.parents[link.lower] != fine.parents[link.upper])
-            links.push_back({fine.parents[link.lower], fine.parents[link.upper], link.axis});
-    std::sort(links.begin(), links.end());
-    links.erase(std::unique(links.begin(), links.end()), links.end());
+            of_parents.push_back({fine.parents[link.lower], fine.parents[link.upper], link.axis});
+    std::sort(of_parents.begin(), of_parents.end());
+    of_parents.erase(std::unique(of_parents.begin(), of_parents.end()), of_parents.end());
     pause_point();
-    return make_hex_level(std::move(places), std::move(links));
+    return make_hex_level(std::move(places), std::move(of_parents));
+}
+
+}  // namespace
+
+HexLevel coarser_level(HexLevel& fine) {
+    HexLevel coarse = coarsened(fine, fine.links);
+    const std::vector<HexLink> open = links_without_cut_ends(fine);
+    if (open.size() == fine.links.size()) return coarse;
+    pause_point();
+    const std::vector<std::int32_t> parents = fine.parents;
+    HexLevel opened = coarsened(fine, open);
+    if (count_pieces(opened) == count_pieces(coarse)) return opened;
+    fine.parents = parents;
+    return coarse;
 }
 
 HexLevel hex_level_of(const TetMesh& mesh, const std::string& where) {

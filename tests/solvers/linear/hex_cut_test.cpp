@@ -185,7 +185,7 @@ int iterations_of(const MeshHierarchy& hierarchy, double poisson) {
 }
 
 /// Bars cut to a bridge of an eighth of their width, along faces of coarse cells and not.
-TEST(HexCut, ABodyCutNearlyThroughTakesAboutTwiceTheIterationsAtMost) {
+TEST(HexCut, ABodyCutNearlyThroughTakesTwiceTheIterationsAtMost) {
     if (test::rank_count() > 1) GTEST_SKIP() << "one rank";
     const TetMesh bar = test::hex_grid({48, 24, 24}, {0.1, 0.05, 0.05});
     for (const double poisson : {0.3, 0.45}) {
@@ -207,7 +207,7 @@ TEST(HexCut, ABodyCutNearlyThroughTakesAboutTwiceTheIterationsAtMost) {
                 ASSERT_GT(cut.nodes.size(), bar.nodes.size() + 400);
                 const int iterations = iterations_of(cut_alone(cut), poisson);
                 RecordProperty(fmt::format("cut_{}_{}", poisson, k++), iterations);
-                EXPECT_LE(iterations, 2 * whole + 1) << poisson << ", " << normal.transpose();
+                EXPECT_LE(iterations, 2 * whole) << poisson << ", " << normal.transpose();
             }
     }
 }
