@@ -10,7 +10,7 @@ namespace livetet {
 
 void check_output_files(std::initializer_list<std::filesystem::path> files) {
     for (const std::filesystem::path& file : files)
-        if (!file.empty()) (void)PendingFile(file);
+        if (!file.empty()) expect_writable(file);
 }
 
 #ifdef LIVETET_IMAGES

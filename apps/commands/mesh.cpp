@@ -194,7 +194,7 @@ void check_outputs(const MeshArguments& a, const std::filesystem::path& given) {
     refuse_to_overwrite("--json", a.json, {given, a.source.file, a.fixed_mask, a.grade_scene});
     if (same_file(a.json, a.output))
         fail("--json {}: is the same file as --output, expected another", a.json.string());
-    (void)PendingFile(a.output);  // throws before minutes of meshing if it cannot be written
+    expect_writable(a.output);
     remove_left_parts(a.output);
 }
 

@@ -96,7 +96,7 @@ void check_outputs(const RegisterArguments& a, const Scene& scene) {
          {std::pair{"--json", a.json}, std::pair{"--output", a.output}}) {
         refuse_to_overwrite(name, path, scene, a.scene);
         refuse_to_overwrite(name, path, inputs);
-        if (!path.empty()) (void)PendingFile(path);  // throws if it cannot be written
+        if (!path.empty()) expect_writable(path);
     }
 }
 

@@ -100,7 +100,7 @@ int register_materials(const RegisterArguments& a) {
     const Scene scene = load_scene(a.materials.scene);
     refuse_to_overwrite("--json", a.json, scene, a.materials.scene);
     refuse_to_overwrite("--json", a.json, {a.landmarks, a.registration, a.image});
-    if (!a.json.empty()) (void)PendingFile(a.json);  // throws if it cannot be written
+    if (!a.json.empty()) expect_writable(a.json);
     session.add_options(scene.solver.petsc_options);
     const std::vector<SoughtValue> sought = sought_values(scene, a.materials.support);
     std::vector<MeasuredLandmark> landmarks = matched_landmarks(a);

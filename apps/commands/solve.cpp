@@ -24,8 +24,7 @@ struct SolveArguments {
 /// Checks what can be checked before anything runs.
 void check_files(const SolveArguments& arguments, const Scene& scene, bool first) {
     refuse_to_overwrite("--json", arguments.json, scene, arguments.scene);
-    if (first && !arguments.json.empty())
-        (void)PendingFile(arguments.json);  // throws if it cannot be written
+    if (first && !arguments.json.empty()) expect_writable(arguments.json);
 }
 
 void print_figures(const SceneBody& body, const RunHistory& history, const RunFigures& figures) {

@@ -94,7 +94,7 @@ Scene load_track_scene(const TrackArguments& arguments) {
             "lists its keys)",
             arguments.scene.string());
     refuse_to_overwrite("--json", arguments.json, scene, arguments.scene);
-    if (!arguments.json.empty()) (void)PendingFile(arguments.json);  // throws before the run
+    if (!arguments.json.empty()) expect_writable(arguments.json);
     if (arguments.every_sample) scene.track->pace = Pace::every_sample;
     take_publish(arguments.publish, scene.track->publish);
     return scene;

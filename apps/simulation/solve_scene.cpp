@@ -46,8 +46,7 @@ void warn_of_small_parts(std::size_t tets, int ranks) {
 
 SolvedScene solve_scene(const Scene& scene, const SolveRequest& request) {
     const bool first = is_first_of_world();
-    if (first && scene.probes)
-        (void)PendingFile(scene.probes->displacements);  // throws if it cannot be written
+    if (first && scene.probes) expect_writable(scene.probes->displacements);
     if (const auto note = locking_note(scene); note && first) log_warning(*note);
 
     // 1. mesh, body

@@ -113,7 +113,7 @@ void check_warp_outputs(const WarpArguments& a, const std::vector<WarpJob>& jobs
         if (&path != &a.json && is_series_folder(path))
             (void)PendingFolder(path);
         else
-            (void)PendingFile(path);  // throws if it cannot be written
+            expect_writable(path);
         remove_left_parts(path);
     };
     for (const WarpJob& job : jobs)

@@ -120,6 +120,8 @@ void PendingFile::commit() {
     (void)reach_the_disk(folder_of(target_));
 }
 
+void expect_writable(const fs::path& target) { const PendingFile begun(target); }
+
 PendingFolder::PendingFolder(fs::path target)
     : target_(target.has_relative_path() && !target.has_filename() ? target.parent_path()
                                                                    : std::move(target)) {

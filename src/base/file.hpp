@@ -45,6 +45,9 @@ class PendingFile {
     bool committed_ = false;
 };
 
+/// Throws Error if the file cannot be written: before the work whose result it is to hold.
+void expect_writable(const std::filesystem::path& target);
+
 /// Part files of `target` that runs left which did not end by themselves: no process has their
 /// number any more.
 std::vector<std::filesystem::path> left_parts(const std::filesystem::path& target);

@@ -27,6 +27,19 @@ TEST(File, AFolderIsNoFile) {
     std::filesystem::remove_all(folder);
 }
 
+TEST(File, WhetherItCanBeWrittenIsSeenWithoutATrace) {
+    const auto folder = std::filesystem::path(testing::TempDir()) / "expect_writable";
+    std::filesystem::create_directories(folder);
+    write_text_file(folder / "kept.txt", "kept");
+    EXPECT_NO_THROW(expect_writable(folder / "kept.txt"));
+    EXPECT_NO_THROW(expect_writable(folder / "new.txt"));
+    EXPECT_EQ(std::filesystem::file_size(folder / "kept.txt"), 4U);
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 1);
+    EXPECT_THROW(expect_writable(folder / "missing/new.txt"), Error);
+    EXPECT_THROW(expect_writable(folder), Error);
+    std::filesystem::remove_all(folder);
+}
+
 TEST(File, PartsThatAKilledRunLeftAreFound) {
     const auto folder = std::filesystem::path(testing::TempDir()) / "left_parts";
     std::filesystem::remove_all(folder);
