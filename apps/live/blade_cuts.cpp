@@ -5,6 +5,10 @@
 
 namespace livetet {
 
+std::vector<TetMesh> linear_levels(const std::vector<TetMesh>& levels) {
+    return {levels.begin() + (levels.front().edge_nodes.empty() ? 0 : 1), levels.end()};
+}
+
 void add_copies(std::vector<std::int32_t>& nodes, std::size_t first,
                 std::span<const std::int32_t> originals) {
     std::vector<std::int32_t> more;

@@ -25,6 +25,9 @@ struct CutMesh {
     double prepared_s = 0;        ///< longest time of preparing one, between frames or in one
 };
 
+/// The levels of four-node tets, or of a grid: without the finest one, if that is of ten-node tets.
+std::vector<TetMesh> linear_levels(const std::vector<TetMesh>& levels);
+
 /// Appends the copies of the listed nodes. `first`: number of the first copy; `originals`: of each
 /// copy. Lists are sorted before and after.
 void add_copies(std::vector<std::int32_t>& nodes, std::size_t first,
@@ -41,7 +44,7 @@ void add_copies(std::vector<std::int32_t>& nodes, std::size_t first,
 ///     keep(), put_off() or undo();          // in the first frame at `opens` or later
 class BladeCuts {
   public:
-    /// `levels`: of the mesh as it was loaded; see openable_mesh.
+    /// `levels`: linear_levels of the mesh as it was loaded.
     BladeCuts(const std::vector<TetMesh>& levels, double interval_s);
 
     /// Takes the blades' edges in a frame, in the image, m; none: that blade is not seen. `mesh`
@@ -57,8 +60,8 @@ class BladeCuts {
     /// Crumbs stay with a neighbour: a blade that trembles would crumble what it touches. Returns
     /// the time to open at.
     double begin();
-    /// The mesh with all that was cut open; `levels`: as they are now. May be called beside
-    /// `follow`.
+    /// The mesh with all that was cut open; `levels`: linear_levels as they are now. May be called
+    /// beside `follow`.
     OpenedLevels open(const std::vector<TetMesh>& levels) { return cuttable_->open(levels); }
     /// What was begun has been opened.
     void keep();

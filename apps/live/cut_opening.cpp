@@ -8,6 +8,7 @@
 #include "base/log.hpp"
 #include "base/stopwatch.hpp"
 #include "mesh/cut_hierarchy.hpp"
+#include "mesh/opened_quadratic.hpp"
 #include "mesh/quadratic.hpp"
 
 namespace livetet {
@@ -72,8 +73,14 @@ std::unique_ptr<CutBody> CutOpening::finish() {
     return std::move(made_);
 }
 
+OpenedLevels CutOpening::open_levels() const {
+    const std::vector<TetMesh>& levels = from_.body.hierarchy.levels;
+    if (levels.front().edge_nodes.empty()) return cuts_.open(levels);
+    return with_opened_quadratic(levels, cuts_.open(linear_levels(levels)));
+}
+
 void CutOpening::make() {
-    OpenedLevels opened = cuts_.open(from_.body.hierarchy.levels);
+    OpenedLevels opened = open_levels();
     pause_point();
     if (opened.nodes.originals.empty()) return;
     auto made = std::make_unique<CutBody>();

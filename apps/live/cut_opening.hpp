@@ -60,6 +60,7 @@ class CutOpening {
 
   private:
     void make();
+    OpenedLevels open_levels() const;
     void make_body_of(CutBody& made, OpenedLevels&& opened) const;
 
     BladeCuts& cuts_;

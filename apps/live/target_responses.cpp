@@ -48,11 +48,14 @@ MeshHierarchy without_finest(const MeshHierarchy& hierarchy) {
         if (levels.size() > 1) coarse.levels.push_back(std::move(levels[1]));
         return coarse;
     }
-    if (hierarchy.levels.size() < 2) return coarse;
+    // A mesh of ten-node tets that a cut has opened stands above itself with four nodes.
+    const std::ptrdiff_t finest = hierarchy.levels.front().edge_nodes.empty() ? 1 : 2;
+    if (std::ssize(hierarchy.levels) <= finest) return coarse;
     coarse = hierarchy;
-    coarse.levels.erase(coarse.levels.begin());
-    coarse.transfers.erase(coarse.transfers.begin());
-    if (!coarse.parents.empty()) coarse.parents.erase(coarse.parents.begin());
+    coarse.levels.erase(coarse.levels.begin(), coarse.levels.begin() + finest);
+    coarse.transfers.erase(coarse.transfers.begin(), coarse.transfers.begin() + finest);
+    const std::ptrdiff_t has_parents = std::min(finest, std::ssize(coarse.parents));
+    coarse.parents.erase(coarse.parents.begin(), coarse.parents.begin() + has_parents);
     return coarse;
 }
 

@@ -5,6 +5,7 @@
 #include "apps/live/listed_scene.hpp"
 #include "apps/live/tracked_body.hpp"
 #include "apps/scene/cuts.hpp"
+#include "base/error.hpp"
 #include "base/log.hpp"
 #include "base/stopwatch.hpp"
 #include "solvers/nonlinear/doubled_nodes.hpp"
@@ -13,10 +14,15 @@
 namespace livetet {
 
 void TrackedBody::begin_cutting() {
+    if (scene_.elements == Elements::p2 && body_.body->linear_solver().is_mixed())
+        fail(
+            "elements = P2: found with a blade (track.tools: blade_mm) in the mixed form, expected "
+            "P1, or formulation: displacement");
     Scene listed = listed_scene(scene_, body_.mesh());
     listed.solver.threads = body_.body->threads();  // as long as the run lasts
-    cutting_ = std::make_unique<Cutting>(Cutting{
-        BladeCuts(body_.hierarchy.levels, scene_.track->cut_interval_s), std::move(listed)});
+    cutting_ = std::make_unique<Cutting>(
+        Cutting{BladeCuts(linear_levels(body_.hierarchy.levels), scene_.track->cut_interval_s),
+                std::move(listed)});
 }
 
 namespace {

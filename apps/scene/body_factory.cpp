@@ -185,7 +185,8 @@ void refuse_hexahedra(const MeshHierarchy& hierarchy, const std::string& what) {
 
 MeshHierarchy in_elements(MeshHierarchy hierarchy, Elements elements) {
     const TetMesh& finest = hierarchy.levels.front();
-    if (elements == Elements::p1 || !finest.quadratic_hexahedra.empty()) return hierarchy;
+    const bool is_quadratic = !finest.quadratic_hexahedra.empty() || !finest.edge_nodes.empty();
+    if (elements == Elements::p1 || is_quadratic) return hierarchy;
     if (finest.hexahedra.empty()) return with_quadratic_level(std::move(hierarchy));
     return make_hierarchy({quadratic_grid(finest)}, std::move(hierarchy.provenance));
 }

@@ -48,7 +48,7 @@ TetMesh finest_mesh(MPI_Comm comm, const Scene& scene);
 void refuse_hexahedra(const MeshHierarchy& hierarchy, const std::string& what);
 
 /// The levels of a scene's elements: of P2 with ten-node tets as a new finest level; of a grid its
-/// hexahedra of 27 nodes alone. Quadratic hexahedra stay as they are.
+/// hexahedra of 27 nodes alone. What has them already stays as it is.
 MeshHierarchy in_elements(MeshHierarchy hierarchy, Elements elements);
 
 /// Controls of the solves of `solve` and `study`: Newton to its tolerance.

@@ -220,8 +220,6 @@ std::string pieces_text(const std::vector<MeshPiece>& pieces) {
 void check_can_be_cut(const Scene& scene) {
     const bool has_blade = scene.track && has_blades(*scene.track);
     if (has_blade || !scene.cuts.empty()) refuse_listed_nodes(scene);
-    if (has_blade && scene.elements == Elements::p2)
-        fail("elements = P2: found with a blade (track.tools: blade_mm), expected P1");
 }
 
 namespace {

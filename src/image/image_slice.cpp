@@ -59,7 +59,7 @@ constexpr double slice_tolerance = 1e-9;
 void slice_body(const TetMesh& mesh, std::span<const Vector3> displacement, const SlicePlane& plane,
                 BodySlice& slice) {
     const PixelFrame pixel(plane);
-    std::vector<Vector3> place(corner_count(mesh));
+    std::vector<Vector3> place(mesh.nodes.size());
     for (std::size_t n = 0; n < place.size(); ++n)
         place[n] = pixel(mesh.nodes[n] + displacement[n]);
     slice.tet.assign(plane.size(), -1);

@@ -4,6 +4,7 @@
 
 #include "base/sliced_task.hpp"
 #include "mesh/mesh_pieces.hpp"
+#include "mesh/quadratic.hpp"
 #include "mesh/segment_crossings.hpp"
 #include "mesh/tet_cut.hpp"
 
@@ -60,7 +61,9 @@ CutCounts cut_levels(std::vector<TetMesh>& levels, const CutSurface& surface,
 MeshHierarchy with_cut_transfers(std::vector<TetMesh> levels, std::string provenance) {
     MeshHierarchy hierarchy{std::move(levels), {}, std::move(provenance)};
     for (std::size_t l = 0; l + 1 < hierarchy.levels.size(); ++l) {
-        hierarchy.transfers.push_back(map_across(hierarchy.levels[l], hierarchy.levels[l + 1]));
+        const TetMesh &fine = hierarchy.levels[l], &coarse = hierarchy.levels[l + 1];
+        hierarchy.transfers.push_back(fine.edge_nodes.empty() ? map_across(fine, coarse)
+                                                              : map_into_linear(fine, coarse));
         pause_point();
     }
     check_hierarchy(hierarchy);

@@ -81,8 +81,8 @@ std::vector<MovedNode> move_onto_cut(
             const double least = *std::ranges::min_element(weights);
             if (least <= best) continue;
             best = least;
-            m.corners = mesh.tets[e];
-            m.weights = weights;
+            std::ranges::copy(mesh.tets[e], m.nodes.begin());
+            std::ranges::copy(weights, m.weights.begin());
         }
     }
     mesh.nodes = after;

@@ -12,9 +12,10 @@ namespace livetet {
 struct MovedNode {
     std::int32_t node = 0;
     Vector3 way = Vector3::Zero();  ///< by which it moved, m
-    /// Where it is now, in a tet of the mesh before: sum_k weights[k] * nodes[corners[k]].
-    Tet corners{};
-    std::array<double, 4> weights{};
+    /// The value where it is now, in the mesh before: sum_k weights[k] * values[nodes[k]], by the
+    /// shape functions of a tet of ten nodes, or of four (then the rest has no weight).
+    std::array<std::int32_t, 10> nodes{};
+    std::array<double, 10> weights{};
 };
 
 /// How the nodes of a mesh change when a cut opens: some move onto the cut, then copies follow
@@ -34,9 +35,10 @@ void copy_values(std::vector<Value>& values, const std::vector<std::int32_t>& or
 template <class Value>
 void carry_values(std::vector<Value>& values, const OpenedNodes& nodes) {
     std::vector<Value> there;
-    for (const MovedNode& m : nodes.moved)
-        there.push_back(m.weights[0] * values[m.corners[0]] + m.weights[1] * values[m.corners[1]] +
-                        m.weights[2] * values[m.corners[2]] + m.weights[3] * values[m.corners[3]]);
+    for (const MovedNode& m : nodes.moved) {
+        Value& sum = there.emplace_back(m.weights[0] * values[m.nodes[0]]);
+        for (std::size_t k = 1; k < m.nodes.size(); ++k) sum += m.weights[k] * values[m.nodes[k]];
+    }
     for (std::size_t i = 0; i < there.size(); ++i) values[nodes.moved[i].node] = there[i];
     copy_values(values, nodes.originals);
 }

@@ -46,17 +46,18 @@ TetMesh quadratic_mesh(const TetMesh& linear) {
     return mesh;
 }
 
-BarycentricMap map_into_linear(const TetMesh& quadratic) {
+BarycentricMap map_into_linear(const TetMesh& quadratic, const TetMesh& linear) {
     BarycentricMap map;
     map.nodes.resize(quadratic.nodes.size());
     map.weights.resize(quadratic.nodes.size());
     map.distance.assign(quadratic.nodes.size(), 0);
     for (std::size_t e = 0; e < quadratic.tets.size(); ++e) {
-        const Tet& t = quadratic.tets[e];
+        const Tet& t = linear.tets[e];
         for (int i = 0; i < 4; ++i) {
-            map.nodes[t[i]] = t;
-            map.weights[t[i]] = {0, 0, 0, 0};
-            map.weights[t[i]][i] = 1;
+            const std::int32_t n = quadratic.tets[e][i];
+            map.nodes[n] = t;
+            map.weights[n] = {0, 0, 0, 0};
+            map.weights[n][i] = 1;
         }
         for (int k = 0; k < 6; ++k) {
             const std::int32_t n = quadratic.edge_nodes[e][k];
@@ -70,7 +71,7 @@ BarycentricMap map_into_linear(const TetMesh& quadratic) {
 
 MeshHierarchy with_quadratic_level(MeshHierarchy hierarchy) {
     TetMesh quadratic = quadratic_mesh(hierarchy.levels.front());
-    BarycentricMap map = map_into_linear(quadratic);
+    BarycentricMap map = map_into_linear(quadratic, hierarchy.levels.front());
     std::vector<std::int32_t> parents(quadratic.tets.size());
     std::iota(parents.begin(), parents.end(), 0);
     hierarchy.parents.resize(hierarchy.transfers.size());
@@ -132,6 +133,7 @@ PointSampler PointSampler::after_cut(const TetMesh& before, const TetMesh& after
             add(map_.nodes[p].front(), static_cast<std::int32_t>(p));
     });
     PointSampler cut = *this;
+    cut.edges_ = EdgeNodes(after);
     for (std::size_t e = 0; e < before.tets.size(); ++e) {
         const Tet &was = before.tets[e], &is = after.tets[e];
         for (const std::int32_t p : at_first_corner[was.front()]) {

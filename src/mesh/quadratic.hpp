@@ -13,9 +13,9 @@ namespace livetet {
 /// triangle set of its name if there is one, else of all edges whose two ends are in the set.
 TetMesh quadratic_mesh(const TetMesh& linear);
 
-/// Places the nodes of a quadratic mesh in the linear mesh it was made from: a corner at itself, a
+/// Places the nodes of a quadratic mesh in the linear mesh of the same tets: a corner at itself, a
 /// midpoint halfway between two corners.
-BarycentricMap map_into_linear(const TetMesh& quadratic);
+BarycentricMap map_into_linear(const TetMesh& quadratic, const TetMesh& linear);
 
 /// Adds the quadratic form of the finest level as a new finest level. The P1 mesh becomes the next
 /// level.
@@ -49,7 +49,7 @@ class PointSampler {
                  Outside outside = Outside::nearest)
         : map_(map_into(mesh, points, outside)), edges_(mesh) {}
     /// That of the same places once a cut has opened: each in its tet, which keeps its number and
-    /// may have other corners. `before`: the P1 mesh that this was made of.
+    /// may have other nodes. `before`: the mesh that this was made of.
     PointSampler after_cut(const TetMesh& before, const TetMesh& after) const;
     std::vector<Vector3> sample(std::span<const Vector3> values) const;
     /// The value at one point.

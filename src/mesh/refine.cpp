@@ -111,7 +111,7 @@ MeshHierarchy with_refined_levels(MeshHierarchy hierarchy, int times) {
         check_can_refine(linear.tets.size());
         const TetMesh quadratic = quadratic_mesh(linear);
         const std::vector<std::int32_t> number = numbers_in_refined(quadratic);
-        const BarycentricMap places = map_into_linear(quadratic);
+        const BarycentricMap places = map_into_linear(quadratic, linear);
         BarycentricMap map = places;
         for (std::size_t n = 0; n < number.size(); ++n) {
             map.nodes[number[n]] = places.nodes[n];

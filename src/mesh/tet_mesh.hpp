@@ -64,7 +64,8 @@ struct TetMesh {
     }
 };
 
-/// Number of corner nodes: all nodes of a P1 mesh, the first ones of a P2 mesh.
+/// Number of corner nodes: all nodes of a P1 mesh, the first ones of a P2 mesh that no cut has
+/// opened (see with_opened_quadratic).
 inline std::int32_t corner_count(const TetMesh& mesh) {
     std::int32_t first = static_cast<std::int32_t>(mesh.nodes.size());
     for (const auto& edges : mesh.edge_nodes)

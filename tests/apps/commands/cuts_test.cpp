@@ -267,15 +267,6 @@ TEST(Cuts, BadInputIsOneLineAndWritesNothing) {
         expect_refused(livetet(bar.folder, "solve scene.yaml"), c.parts);
         EXPECT_FALSE(std::filesystem::exists(bar.folder / "out.h5")) << c.cuts;
     }
-    // Ten nodes and a blade, before they are meshed.
-    write_text(
-        bar.folder / "scene.yaml",
-        "mesh: {file: bar.nii.gz}\nelements: P2\noutput: {file: out.h5}\n"
-        "track: {source: \"openigtlink://localhost:18944\", registration: r.json,\n"
-        "  sensors: [{tool: Sensor}], tools: [{tool: Scalpel, blade_mm: [0, 0, 0, 0, 9, 0]}]}\n" +
-            std::string(end_cut));
-    expect_refused(livetet(bar.folder, "solve scene.yaml"),
-                   {"elements = P2", "blade_mm", "expected P1"});
 }
 
 /// A bar of tetrahedra parts as one of hexahedra does: each end keeps its place, and stays

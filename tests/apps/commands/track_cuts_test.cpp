@@ -92,6 +92,7 @@ std::map<std::string, std::vector<Vector3>> probe_displacements(const std::strin
 /// The widest gap between a node that was added and others at its place at rest, m.
 double widest_gap(const ResultReader& result, std::size_t frame) {
     const TetMesh& mesh = result.mesh();
+    const std::size_t loaded_nodes = result.first_mesh().nodes.size();
     const auto u = result.displacement(frame);
     double widest = 0;
     for (std::size_t n = loaded_nodes; n < u.size(); ++n)
@@ -162,32 +163,45 @@ TEST(TrackCuts, ACutIsRecordedReportedWarpedAndReplayed) {
     expect_warped_and_replayed(t, result);
 }
 
-/// The same of tetrahedra on two levels, whose nodes move onto the cut.
-TEST(TrackCuts, ACutOfTetrahedraIsRecordedReportedWarpedAndReplayed) {
-    const CutWhileTracked t;
+/// The same of tetrahedra on two levels, whose nodes move onto the cut. `nodes`: of the mesh as it
+/// was loaded.
+void expect_cut_of_tets(const CutWhileTracked& t, std::array<int, 3> cells, std::size_t nodes) {
     const Vector3 size(0.2, 0.1, 0.1);
-    write_hierarchy(
-        t.folder / "block.h5",
-        make_hierarchy({test::block({20, 10, 10}, size), test::block({10, 5, 5}, size)}, "tets"));
+    write_hierarchy(t.folder / "block.h5",
+                    make_hierarchy({test::block(cells, size),
+                                    test::block({cells[0] / 2, cells[1] / 2, cells[2] / 2}, size)},
+                                   "tets"));
     write_text(t.folder / "probes.csv", "name,x_mm,y_mm,z_mm\nbefore,60,50,99\nbehind,68,50,99\n");
     write_sequence(t.folder / "press.igs.mha", t.recording);
     const auto outcome = livetet(t.folder, "track scene.yaml --every-sample --json report.json");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const ResultReader result(t.folder / "result.h5");
     ASSERT_EQ(result.frame_count(), t.recording.samples.size());
-    ASSERT_EQ(result.first_mesh().nodes.size(), loaded_nodes);
+    ASSERT_EQ(result.first_mesh().nodes.size(), nodes);
     const TetMesh& mesh = result.mesh();
     check_tet_mesh(mesh, "cut");
-    ASSERT_GT(mesh.nodes.size(), loaded_nodes + 60);
-    for (std::size_t n = loaded_nodes; n < mesh.nodes.size(); ++n) {
-        EXPECT_NEAR(mesh.nodes[n].x(), 0.064, 0.01);
+    ASSERT_GT(mesh.nodes.size(), nodes + 60);
+    for (std::size_t n = nodes; n < mesh.nodes.size(); ++n) {
+        EXPECT_NEAR(mesh.nodes[n].x(), 0.064, size.x() / cells[0]);
         EXPECT_GT(mesh.nodes[n].z(), 0.025);
     }
     expect_parted(t, result);
     const auto report = nlohmann::json::parse(read_text_file(t.folder / "report.json"));
-    EXPECT_EQ(report["cuts"]["nodes_added"], mesh.nodes.size() - loaded_nodes);
+    EXPECT_EQ(report["cuts"]["nodes_added"], mesh.nodes.size() - nodes);
     EXPECT_EQ(report["cuts"]["pieces"], 1);
     expect_warped_and_replayed(t, result);
+}
+
+TEST(TrackCuts, ACutOfTetrahedraIsRecordedReportedWarpedAndReplayed) {
+    const CutWhileTracked t;
+    expect_cut_of_tets(t, {20, 10, 10}, loaded_nodes);
+}
+
+/// Corners and midpoints are copied; the viewer's program reads them, too.
+TEST(TrackCuts, ACutOfTenNodeTetrahedraIsRecordedReportedWarpedAndReplayed) {
+    CutWhileTracked t;
+    t.add("elements: P2\n");
+    expect_cut_of_tets(t, {10, 6, 6}, 21U * 13 * 13);
 }
 
 /// Bad blades, one line each; nothing is written.
@@ -213,7 +227,12 @@ TEST(TrackCuts, BladesThatCannotCutAreRefused) {
     refused("cut_interval_s: -1", {"track.cut_interval_s = -1", "from 0 to 60"});
     refused(scalpel, {"free_pieces: leave_out with blade_mm", "expected keep"},
             "free_pieces: leave_out\n");
-    refused(scalpel, {"elements = P2", "blade_mm", "expected P1"}, "elements: P2\n");
+    const Vector3 size(0.2, 0.1, 0.1);
+    write_hierarchy(
+        t.folder / "block.h5",
+        make_hierarchy({test::block({10, 5, 5}, size), test::block({5, 3, 3}, size)}, "tets"));
+    refused(scalpel, {"elements = P2", "blade_mm", "mixed form", "formulation: displacement"},
+            "elements: P2\nformulation: mixed\n");
 }
 
 }  // namespace

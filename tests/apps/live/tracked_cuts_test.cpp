@@ -24,6 +24,9 @@ namespace {
 constexpr double blade_frame_s = 0.04;
 constexpr double cell_edge = 0.01;  // m
 
+enum class Cells { hexahedra, tets, ten_node_tets };
+constexpr Cells all_cells[] = {Cells::hexahedra, Cells::tets, Cells::ten_node_tets};
+
 TrackedPose pose_at(const Vector3& place) {
     return {Eigen::Matrix3d::Identity(), place, PoseStatus::ok};
 }
@@ -49,8 +52,10 @@ struct BladeBlock {
         scalpel.tool = "Scalpel";
         scalpel.blade_mm = {0, -40, 0, 0, 40, 0};
     }
-    /// The same block in two levels of tets.
-    void use_tets() {
+    /// The same block in two levels of tets, if it is not to be of hexahedra.
+    void make_of(Cells cells) {
+        if (cells == Cells::hexahedra) return;
+        if (cells == Cells::ten_node_tets) scene.elements = Elements::p2;
         const Vector3 size(12 * cell_edge, 6 * cell_edge, 6 * cell_edge);
         hierarchy =
             make_hierarchy({test::block({12, 6, 6}, size), test::block({6, 3, 3}, size)}, "tets");
@@ -163,11 +168,11 @@ TEST(TrackedCuts, ABodyComesToRestAsOneMadeWithTheCut) {
 
 /// The same for tets, which a cut of the scene splits where a blade's moves nodes: they differ by
 /// less than what the cut does.
-void expect_tets_as_made_with_the_cut(double poisson) {
+void expect_tets_as_made_with_the_cut(Cells cells, double poisson) {
     const Vector3 pull(0.006, 0, 0.001);
     BladeBlock block, made;
     for (BladeBlock* b : {&block, &made}) {
-        b->use_tets();
+        b->make_of(cells);
         b->scene.materials[0].poisson = poisson;
     }
     cut_in_scene(made, 0.022);
@@ -191,8 +196,10 @@ void expect_tets_as_made_with_the_cut(double poisson) {
 TEST(TrackedCuts, ABodyOfTetsComesToRestAsOneMadeWithTheCut) {
     for (const double poisson : {0.4, 0.499}) {  // by displacements, and with pressures
         SCOPED_TRACE(poisson);
-        expect_tets_as_made_with_the_cut(poisson);
+        expect_tets_as_made_with_the_cut(Cells::tets, poisson);
     }
+    SCOPED_TRACE("ten nodes");
+    expect_tets_as_made_with_the_cut(Cells::ten_node_tets, 0.4);
 }
 
 /// Nodes are appended, and say whose copies they are; before a press the copies lie on them.
@@ -383,11 +390,11 @@ TEST(TrackedCuts, NothingIsCutWhereTheBladeOrTheReferenceWasNotSeen) {
 }
 
 /// Samples decide, and no clock: the same samples give the same bits, on any number of threads.
-void expect_the_same_bits(bool are_tets) {
+void expect_the_same_bits(Cells cells) {
     std::vector<std::vector<Vector3>> runs;
     for (const int threads : {1, 1, 2}) {
         BladeBlock block;
-        if (are_tets) block.use_tets();
+        block.make_of(cells);
         block.scene.solver.threads = threads;
         block.scene.time.scheme = TimeScheme::newmark;
         BladeRun run(block);
@@ -404,16 +411,16 @@ void expect_the_same_bits(bool are_tets) {
 }
 
 TEST(TrackedCuts, TheSameSamplesGiveTheSameBits) {
-    for (const bool are_tets : {false, true}) expect_the_same_bits(are_tets);
+    for (const Cells cells : all_cells) expect_the_same_bits(cells);
 }
 
 /// An opening that is prepared between frames, as a whole or a little at a time until a frame has
 /// to finish it, is the one that a frame makes.
-void expect_the_same_prepared(bool are_tets) {
+void expect_the_same_prepared(Cells cells) {
     std::vector<std::vector<Vector3>> runs;
     for (const int slices : {0, 1, 1000}) {  // between two frames
         BladeBlock block;
-        if (are_tets) block.use_tets();
+        block.make_of(cells);
         block.scene.time.scheme = TimeScheme::newmark;
         BladeRun run(block);
         run.rest(30);
@@ -436,9 +443,9 @@ void expect_the_same_prepared(bool are_tets) {
 }
 
 TEST(TrackedCuts, AnOpeningPreparedBetweenFramesIsTheSame) {
-    for (const bool are_tets : {false, true}) {
-        SCOPED_TRACE(are_tets);
-        expect_the_same_prepared(are_tets);
+    for (const Cells cells : all_cells) {
+        SCOPED_TRACE(static_cast<int>(cells));
+        expect_the_same_prepared(cells);
     }
 }
 
@@ -487,6 +494,42 @@ TEST(TrackedCuts, ErrorsAreNotStatedUntilTheResponsesOfTheCutBodyAreKnown) {
         EXPECT_GT(std::abs(of(uncut, source) - of(wanted, source)), 2 * tolerance)
             << name_of(source);
     }
+}
+
+/// Of ten-node tets they are those of a body that a cut of the scene has split, but for that.
+TEST(TrackedCuts, ErrorsOfTenNodeTetsAreStatedOnceTheirResponsesAreKnown) {
+    BladeBlock block;
+    block.make_of(Cells::ten_node_tets);
+    TargetOptions target;
+    target.name = "Beyond";
+    target.point_mm = Vector3(38, 30, 45);
+    block.scene.track->targets = {target};
+    BladeBlock made = block;
+    cut_in_scene(made, 0.022);
+    BladeRun live(block), expected(made), whole(block);
+    for (BladeRun* run : {&live, &expected, &whole}) run->rest(60);
+    live.cut(above, down_to(0.022));
+    live.rest(6);
+    EXPECT_TRUE(live.frame().statement.missing.has(ErrorSource::materials));
+    std::vector<FrameStatement> known;
+    for (BladeRun* run : {&live, &expected, &whole}) {
+        run->rest(60, {0, 0, -0.004});
+        while (run->tracked().work_on_responses()) {
+        }
+        known.push_back(run->step({0, 0, -0.004}).statement);
+        ASSERT_EQ(known.back().targets.size(), 1U);
+    }
+    const auto of = [&](int run, ErrorSource source) {
+        EXPECT_FALSE(known[run].missing.has(source)) << name_of(source);
+        return std::sqrt(known[run].targets[0].by_source[static_cast<std::size_t>(source)]);
+    };
+    const double here = of(0, ErrorSource::materials), there = of(1, ErrorSource::materials);
+    EXPECT_NEAR(here, there, 0.15 * there);
+    EXPECT_GT(std::abs(of(2, ErrorSource::materials) - there), 2 * std::abs(here - there));
+    // The cuts of the two levels that are compared are not at the same places.
+    const double elements = of(0, ErrorSource::elements) / of(1, ErrorSource::elements);
+    EXPECT_GT(elements, 0.5);
+    EXPECT_LT(elements, 3);
 }
 
 TEST(TrackedCuts, AChangedSceneIsAppliedToTheCutBody) {
@@ -549,10 +592,10 @@ TEST(TrackedCuts, ASceneMayChangeWhileACutIsOpening) {
 }
 
 /// Cuts and presses at random: finite, at rest where it is held, and each free piece is told of.
-void cut_and_press_at_random(bool are_tets) {
+void cut_and_press_at_random(Cells cells) {
     for (const TimeScheme scheme : {TimeScheme::static_equilibrium, TimeScheme::newmark}) {
         BladeBlock block;
-        if (are_tets) block.use_tets();
+        block.make_of(cells);
         block.scene.time.scheme = scheme;
         block.scene.time.rayleigh_alpha = 10;
         block.scene.solver.relative_tolerance = 1e-2;
@@ -600,8 +643,15 @@ void cut_and_press_at_random(bool are_tets) {
     }
 }
 
-TEST(TrackedCuts, RandomCutsAndPressesKeepTheBodyFinite) { cut_and_press_at_random(false); }
-TEST(TrackedCuts, RandomCutsAndPressesKeepABodyOfTetsFinite) { cut_and_press_at_random(true); }
+TEST(TrackedCuts, RandomCutsAndPressesKeepTheBodyFinite) {
+    cut_and_press_at_random(Cells::hexahedra);
+}
+TEST(TrackedCuts, RandomCutsAndPressesKeepABodyOfTetsFinite) {
+    cut_and_press_at_random(Cells::tets);
+}
+TEST(TrackedCuts, RandomCutsAndPressesKeepABodyOfTenNodeTetsFinite) {
+    cut_and_press_at_random(Cells::ten_node_tets);
+}
 
 }  // namespace
 }  // namespace livetet
