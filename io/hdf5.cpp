@@ -8,8 +8,10 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <limits>
+#include <thread>
 #include <type_traits>
 
 #include "base/child_process.hpp"
@@ -95,12 +97,24 @@ Handle create_empty(const std::filesystem::path& path, const std::string& shown)
     return Handle(found, close_descriptor);
 }
 
-/// Throws Error if this rank does not find the file that the first has made. With Open MPI's files
-/// the others would wait without an end for a rank that cannot open one.
+/// Throws Error if this rank does not find the file that the first has made: with Open MPI's files
+/// the others would wait forever for a rank that cannot open one. A network's file system may show
+/// it some time later.
 void expect_seen(const std::filesystem::path& path, const std::string& shown, int rank) {
-    if (::access(path.c_str(), W_OK) != 0)
-        fail("{}: cannot be written by rank {}: {}, expected a folder that all ranks share", shown,
-             rank, std::strerror(errno));
+    constexpr std::chrono::seconds longest(3);
+    const auto start = std::chrono::steady_clock::now();
+    for (;;) {
+        const int found = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+        if (found >= 0) {
+            ::close(found);
+            return;
+        }
+        const int reason = errno;
+        if (reason != ENOENT || std::chrono::steady_clock::now() - start > longest)
+            fail("{}: cannot be written by rank {}: {}, expected a folder that all ranks share",
+                 shown, rank, std::strerror(reason));
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
 }
 
 }  // namespace

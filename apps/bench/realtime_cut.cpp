@@ -25,11 +25,18 @@ constexpr int frames_a_body = rest_frames + planes * (frames_a_plane + frames_be
 const Vector3 block(0.2, 0.1, 0.1);
 const Vector3 sensor_place(0.186, 0.05, 0.1);
 
-MeshHierarchy block_of_tets() {
+/// Levels of so many cells along the height, six tets each.
+MeshHierarchy block_of_tets(std::initializer_list<int> all_cells) {
     std::vector<TetMesh> levels;
-    for (const int cells : {17, 8, 4})
+    for (const int cells : all_cells)
         levels.push_back(std::move(stability_mesh({}, cells).levels.front()));
     return make_hierarchy(std::move(levels), "block");
+}
+
+/// Of 60,000 hexahedra or tets of four nodes, or of 6,000 of ten.
+MeshHierarchy block_of(const std::string& elements) {
+    if (elements == "Q1") return stability_grid({}, 31);
+    return elements == "P1" ? block_of_tets({17, 8, 4}) : block_of_tets({8, 4});
 }
 
 /// A block and its scene: what the blade cuts opens a second later.
@@ -37,10 +44,11 @@ struct CutBlock {
     MeshHierarchy hierarchy;
     Scene scene;
 
-    CutBlock(bool is_grid, int threads)
-        : hierarchy(is_grid ? stability_grid({}, 31) : block_of_tets()),
+    CutBlock(const std::string& elements, int threads)
+        : hierarchy(block_of(elements)),
           scene(stability_scene({}, ModelChoice("neohookean"), TimeScheme::newmark,
                                 hierarchy.levels.front())) {
+        if (elements == "P2") scene.elements = Elements::p2;
         scene.fix = {};
         scene.fix.emplace_back().half_space_mm = {0, 0, 0.01, 0, 0, 1};
         scene.time.rayleigh_alpha = 10;
@@ -111,10 +119,10 @@ class CutRun {
     Clock::time_point start_ = Clock::now();
 };
 
-CutRow measure_row(bool is_grid, Preparation preparation, int frames, int threads,
+CutRow measure_row(const std::string& elements, Preparation preparation, int frames, int threads,
                    const std::function<void(double)>& progress) {
-    const CutBlock block(is_grid, threads);
-    CutRow row{.elements = is_grid ? "Q1" : "P1", .preparation = preparation};
+    const CutBlock block(elements, threads);
+    CutRow row{.elements = elements, .preparation = preparation};
     row.cells = cell_count(block.hierarchy.levels.front());
     std::vector<double> all, opened;
     std::size_t parted = 0, cutting = 0;
@@ -151,12 +159,11 @@ const char* name_of(Preparation preparation) {
 
 std::vector<CutRow> measure_cuts(int frames, int threads, ProgressLine& progress) {
     std::vector<CutRow> rows;
-    for (const bool is_grid : {true, false})
+    for (const char* elements : {"Q1", "P1", "P2"})
         for (const auto preparation : {Preparation::between_frames, Preparation::in_a_frame})
-            rows.push_back(measure_row(is_grid, preparation, frames, threads, [&](double share) {
-                progress.update(
-                    (static_cast<double>(rows.size()) + std::min(share, 1.0)) / 4,
-                    fmt::format("cut: {}, {}", is_grid ? "Q1" : "P1", name_of(preparation)));
+            rows.push_back(measure_row(elements, preparation, frames, threads, [&](double share) {
+                progress.update((static_cast<double>(rows.size()) + std::min(share, 1.0)) / 6,
+                                fmt::format("cut: {}, {}", elements, name_of(preparation)));
             }));
     return rows;
 }

@@ -34,9 +34,9 @@ struct CutRow {
 /// Time for a frame, from its sample's arrival, s.
 inline constexpr double cut_deadline_s = 0.04;
 
-/// A block of 200 x 100 x 100 mm in 60,000 hexahedra or tets of four nodes, neo-Hookean, pressed at
-/// one end; a blade cuts down to 0.7 of the height, plane after plane. Fifteen samples a second, in
-/// real time. `frames`: of each row.
+/// A block of 200 x 100 x 100 mm in 60,000 hexahedra or tets of four nodes, or 6,000 of ten,
+/// neo-Hookean, pressed at one end; a blade cuts down to 0.7 of the height, plane after plane.
+/// Fifteen samples a second, in real time. `frames`: of each row.
 std::vector<CutRow> measure_cuts(int frames, int threads, ProgressLine& progress);
 
 void print_cuts(const std::vector<CutRow>& rows);

@@ -48,7 +48,7 @@ MeshHierarchy without_finest(const MeshHierarchy& hierarchy) {
         if (levels.size() > 1) coarse.levels.push_back(std::move(levels[1]));
         return coarse;
     }
-    // A mesh of ten-node tets that a cut has opened stands above itself with four nodes.
+    // Below ten-node tets that a cut has opened is the same mesh with four nodes.
     const std::ptrdiff_t finest = hierarchy.levels.front().edge_nodes.empty() ? 1 : 2;
     if (std::ssize(hierarchy.levels) <= finest) return coarse;
     coarse = hierarchy;
@@ -156,9 +156,9 @@ void TargetResponses::start(std::vector<ResponsePatch> patches,
                             const std::vector<FixOptions>& fix) {
     patches_ = std::move(patches);
     scene_.fix = fix;
-    const auto corners = static_cast<int>(hierarchy_.levels.front().nodes.size());
+    const auto count = static_cast<int>(hierarchy_.levels.front().nodes.size());
     for (FixOptions& f : scene_.fix)
-        if (f.nodes) std::erase_if(*f.nodes, [&](int n) { return n >= corners; });
+        if (f.nodes) std::erase_if(*f.nodes, [&](int n) { return n >= count; });
     units_.clear();
     next_ = 0;
     failure_.clear();

@@ -41,16 +41,15 @@ ResponsePatch response_patch(const SensorPatch& patch);
 /// Use: `start` when patches were placed or released; then `work` until `is_done`.
 class TargetResponses {
   public:
-    /// `hierarchy`: as the scene's mesh was loaded, without a quadratic level. `places`: at rest,
-    /// m.
+    /// `hierarchy`: as the scene's mesh was loaded, without ten-node tets. `places`: at rest, m.
     TargetResponses(const Scene& scene, MeshHierarchy hierarchy, std::vector<Vector3> places);
 
-    /// Those of a mesh that was cut, at the same places.
+    /// Those of a mesh that was cut, at the same places; of ten-node tets all levels.
     TargetResponses on_mesh(const Scene& scene, MeshHierarchy hierarchy) const;
 
     /// `fix`: what holds the body now. With lists of nodes (list_selected_nodes) the work opens no
-    /// file; midpoints of edges in them are left out. Logs a warning, once, if the mesh is too
-    /// large for the effect of the elements to be known.
+    /// file; midpoints in them that the hierarchy does not have are left out. Logs a warning, once,
+    /// if the mesh is too large for the effect of the elements to be known.
     void start(std::vector<ResponsePatch> patches, const std::vector<FixOptions>& fix);
     /// Makes the next solve, or sets up a body for the next ones. Returns false if all is done. If
     /// the model's solves fail, the work ends, and `failure` tells why. If those of a variation

@@ -201,6 +201,8 @@ class TrackedBody {
     void pull_patches();
     void settle();
     void state_errors_of_frame();
+    /// Throws Error where a blade does not cut what the body is made of.
+    void check_ten_node_tets_can_be_cut() const;
     void begin_cutting();
     void follow_blades(
         const TrackerSample& sample,

@@ -13,11 +13,22 @@
 
 namespace livetet {
 
-void TrackedBody::begin_cutting() {
-    if (scene_.elements == Elements::p2 && body_.body->linear_solver().is_mixed())
+void TrackedBody::check_ten_node_tets_can_be_cut() const {
+    if (body_.mesh().edge_nodes.empty()) return;
+    const LinearSolver& solver = body_.body->linear_solver();
+    if (solver.is_mixed())
         fail(
             "elements = P2: found with a blade (track.tools: blade_mm) in the mixed form, expected "
             "P1, or formulation: displacement");
+    if (body_.hierarchy.levels.size() < 2)
+        fail(
+            "elements = P2: found with a blade (track.tools: blade_mm) and the solver {}, expected "
+            "P1, or solver.kind: live",
+            solver.name());
+}
+
+void TrackedBody::begin_cutting() {
+    check_ten_node_tets_can_be_cut();
     Scene listed = listed_scene(scene_, body_.mesh());
     listed.solver.threads = body_.body->threads();  // as long as the run lasts
     cutting_ = std::make_unique<Cutting>(

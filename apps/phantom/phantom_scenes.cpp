@@ -94,7 +94,7 @@ std::string phantom_resection_scene(const Truth& truth) {
                               "resection.yaml",
                 .mesh = R"(mesh:
   file: labels.nii.gz        # meshed when the scene is loaded, within a second
-  cells: hexahedra           # a grid of voxels; a blade cuts four-node tetrahedra, too
+  cells: hexahedra           # a grid of voxels; a blade cuts tetrahedra, too
   tets: 30000                # at most so many cells
 )",
                 .body = R"(

@@ -220,6 +220,10 @@ std::string pieces_text(const std::vector<MeshPiece>& pieces) {
 void check_can_be_cut(const Scene& scene) {
     const bool has_blade = scene.track && has_blades(*scene.track);
     if (has_blade || !scene.cuts.empty()) refuse_listed_nodes(scene);
+    if (has_blade && scene.elements == Elements::p2 && scene.formulation == Formulation::mixed)
+        fail(
+            "elements = P2: found with a blade (track.tools: blade_mm) in the mixed form, expected "
+            "P1, or formulation: displacement");
 }
 
 namespace {

@@ -11,7 +11,8 @@
 namespace livetet {
 
 /// Throws Error if a scene has cuts or blades that its mesh, which is not read yet, is known not to
-/// take: pieces that are left out while selections list nodes.
+/// take: blades with ten-node tets in the mixed form, or pieces that are left out while selections
+/// list nodes.
 void check_can_be_cut(const Scene& scene);
 
 /// The scene's mesh with its cuts, all levels of tets alike, and without pieces that they free if

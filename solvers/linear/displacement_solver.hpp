@@ -52,7 +52,8 @@ class DisplacementSolver : public LinearSolver {
     /// `configure` choose the preconditioner, and takes PETSc's options.
     void make_krylov(MPI_Comm comm, ErrorEstimate estimate);
     virtual void configure(PC pc) = 0;
-    /// A solve begins: of what a start from earlier solves has left, or of the whole.
+    /// Called before each solve. `has_start`: its right-hand side is the residual that a start from
+    /// earlier solves leaves.
     virtual void begin_solve(bool /*has_start*/) {}
     /// Takes another preconditioner, or a positive operator for one that is not, after a solve that
     /// ended for this reason, if there is one that may do better. Returns whether it did.

@@ -37,8 +37,8 @@ class GridCycle final : public LiveCycle {
     /// All of it, whatever is `wanted`: there are no matrices.
     RenewalExtent update(const ElementRotations& at, double s, double m,
                          RenewalExtent wanted = RenewalExtent::whole) override;
-    /// What a start has left is smooth: the first cycle after it does not smooth the finest level
-    /// before its correction, which saves a product and brings as much.
+    /// The residual that a start leaves is smooth: the first cycle after it does not smooth the
+    /// finest level before its correction, which saves a product and brings as much.
     void begin_solve(bool has_start) override { smooths_before_ = !has_start; }
     void cycle(std::span<const double> r, std::span<double> z) override;
 

@@ -39,7 +39,8 @@ struct HexCells {
 class HexMultigrid {
   public:
     /// `levels`: finest first, see hex_levels. `smoothing_steps` before and after each correction;
-    /// on the coarse levels of a body that is cut twice as many, since its bridges are wider there.
+    /// 2 times as many on coarse levels if a place of one holds several cells (a cut, or another
+    /// gap): there a bridge of one coarse cell is too wide, and too stiff.
     HexMultigrid(std::vector<HexLevel> levels, HexCells cells, int smoothing_steps);
 
     /// Of each node: bit 0: x, 1: y, 2: z.

@@ -23,8 +23,10 @@ class LiveCycle {
     /// Where `wanted` is half, a cycle may renew less than the whole. Returns what was renewed.
     virtual RenewalExtent update(const ElementRotations& at, double s, double m,
                                  RenewalExtent wanted) = 0;
-    /// A solve begins: of what a start from earlier solves has left, or of the whole. Its first
-    /// cycle may be another, which need not be symmetric.
+    /// Called before each solve. `has_start`: its right-hand side is the residual that a start from
+    /// earlier solves leaves. The first cycle may then be a cheaper one, which is not symmetric:
+    /// conjugate gradients still take the best length along it, and its direction is a little less
+    /// conjugate to the next.
     virtual void begin_solve(bool /*has_start*/) {}
     /// z = one cycle for A z = r from zero; r and z zero at constrained components.
     virtual void cycle(std::span<const double> r, std::span<double> z) = 0;

@@ -82,7 +82,7 @@ void visit_fields(Visitor& v, SolverOptions& s) {
                "and coarse operators are rediscretised: less memory; else assembled"},
               {FinestOperator::assembled, "assembled", "a matrix"}});
     v.field("smoothing_steps", s.smoothing_steps, "",
-            "Chebyshev steps before and after each coarse correction; 0: 1 live, 4 without a "
+            "Chebyshev steps before and after coarse corrections; 0: 1 live, 4 without a "
             "matrix, else 6",
             at_least<0, int>());
     v.field("threads", s.threads, "",

@@ -18,7 +18,7 @@ struct PartitionedMesh {
     MPI_Comm comm = MPI_COMM_SELF;
     int ranks = 1;
     std::size_t total = 0;            ///< nodes of the whole mesh
-    std::int32_t corners = 0;         ///< those of them that are corners; P1: all
+    std::int32_t corners = 0;         ///< see corner_count; P1: all
     std::vector<std::int32_t> nodes;  ///< local node -> node of the whole mesh
     std::int32_t owned = 0;
     std::vector<Vector3> rest;                            ///< of each local node, m

@@ -49,7 +49,8 @@ HexLevel make_hex_level(std::vector<HexPlace> places, std::vector<HexLink> links
 /// The next coarser level, of cells twice as long; sets `fine.parents`. A coarse cell is one linked
 /// part of the cells at its eight places, so that it never joins parts of the body across a gap.
 /// Coarse cells are linked where two of their cells are. Where a cut ends inside a coarse cell it
-/// is opened to the cell's border if that is nearer and no piece comes loose (mesh/cut_ends.hpp).
+/// is opened to the cell's border if that is nearer (mesh/cut_ends.hpp), unless all such ends of
+/// the level together would let a piece come loose: then all stay closed.
 HexLevel coarser_level(HexLevel& fine);
 
 /// The grid of a mesh, with the mesh's numbers of cells and nodes. Links are where two neighbours

@@ -58,6 +58,36 @@ NearPlane plane_through(std::span<const Vector3> points) {
     return plane;
 }
 
+/// The displacement u at a place in a tet, and 1 + grad u; on ten nodes
+///
+///     u = sum_i L_i (2 L_i - 1) u_i + sum_{i<j} 4 L_i L_j u_ij.
+RestMotion motion_in(const TetMesh& mesh, std::int32_t tet, const Vector3& place,
+                     std::span<const Vector3> displacement) {
+    const Tet& t = mesh.tets[tet];
+    const TetFrame frame = frame_of(mesh, t);
+    const std::array<double, 4> L = frame.weights(place);
+    std::array<Eigen::RowVector3d, 4> slope;  // of L_i
+    for (int i = 1; i < 4; ++i) slope[i] = frame.inverse.row(i - 1);
+    slope[0] = -(slope[1] + slope[2] + slope[3]);
+    RestMotion motion{Vector3::Zero(), Eigen::Matrix3d::Identity()};
+    const auto add = [&](std::int32_t node, double value, const Eigen::RowVector3d& gradient) {
+        motion.u += value * displacement[node];
+        motion.gradient += displacement[node] * gradient;
+    };
+    const bool is_quadratic = !mesh.edge_nodes.empty();
+    for (int i = 0; i < 4; ++i)
+        if (is_quadratic)
+            add(t[i], L[i] * (2 * L[i] - 1), (4 * L[i] - 1) * slope[i]);
+        else
+            add(t[i], L[i], slope[i]);
+    if (!is_quadratic) return motion;
+    for (int k = 0; k < 6; ++k) {
+        const auto& [i, j] = tet_edges[k];
+        add(mesh.edge_nodes[tet][k], 4 * L[i] * L[j], 4 * (L[i] * slope[j] + L[j] * slope[i]));
+    }
+    return motion;
+}
+
 /// Moves nodes onto the planes through the crossings around them. `crossings`: of each node.
 std::vector<MovedNode> move_onto_cut(
     TetMesh& mesh, const std::map<std::int32_t, std::vector<Vector3>>& crossings) {
@@ -129,15 +159,8 @@ Vector3 OpenableTets::rest_place(const Vector3& y, const TetMesh& mesh,
             place.setZero();
             for (int k = 0; k < 4; ++k) place += hit.weights[k] * finest_.nodes[hit.corners[k]];
         }
-        const Tet& t = mesh.tets[hit.tet];
-        const TetFrame frame = frame_of(mesh, t);
-        const Vector3& u = displacement[t[0]];
-        RestMotion motion{u, Eigen::Matrix3d::Identity()};
-        Eigen::Matrix3d slope;
-        for (int k = 0; k < 3; ++k) slope.col(k) = displacement[t[k + 1]] - u;
-        slope *= frame.inverse;
-        motion.u += slope * (place - frame.origin);
-        if (hit.distance == 0) motion.gradient += slope;
+        RestMotion motion = motion_in(mesh, hit.tet, place, displacement);
+        if (hit.distance > 0) motion.gradient.setIdentity();
         return motion;
     });
 }

@@ -128,22 +128,26 @@ Vector3 interpolate(const BarycentricMap& map, const EdgeNodes& edges, std::size
 }
 
 PointSampler PointSampler::after_cut(const TetMesh& before, const TetMesh& after) const {
-    const Lists at_first_corner = make_lists(before.nodes.size(), [&](auto&& add) {
+    // A point outside has its tet's corners in another order.
+    const Lists at_least_corner = make_lists(before.nodes.size(), [&](auto&& add) {
         for (std::size_t p = 0; p < map_.size(); ++p)
-            add(map_.nodes[p].front(), static_cast<std::int32_t>(p));
+            add(*std::ranges::min_element(map_.nodes[p]), static_cast<std::int32_t>(p));
     });
     PointSampler cut = *this;
     cut.edges_ = EdgeNodes(after);
     for (std::size_t e = 0; e < before.tets.size(); ++e) {
         const Tet &was = before.tets[e], &is = after.tets[e];
-        for (const std::int32_t p : at_first_corner[was.front()]) {
-            if (map_.nodes[p] != was) continue;
-            cut.map_.nodes[p] = is;
-            if (!std::ranges::equal(was, is, [&](std::int32_t a, std::int32_t b) {
+        for (const std::int32_t p : at_least_corner[*std::ranges::min_element(was)]) {
+            const Tet& corners = map_.nodes[p];
+            if (!std::ranges::is_permutation(corners, was)) continue;
+            Tet& now = cut.map_.nodes[p];
+            for (int i = 0; i < 4; ++i)
+                now[i] = is[std::ranges::find(was, corners[i]) - was.begin()];
+            if (!std::ranges::equal(corners, now, [&](std::int32_t a, std::int32_t b) {
                     return before.nodes[a] == after.nodes[b];
                 }))
                 cut.map_.weights[p] = weights_in(
-                    after, is, interpolate(map_, static_cast<std::size_t>(p), before.nodes));
+                    after, now, interpolate(map_, static_cast<std::size_t>(p), before.nodes));
         }
     }
     return cut;

@@ -310,12 +310,12 @@ TEST(Ranks, TheirMemoryIsForetoldWithoutMultigrid) {
     }
 }
 
-/// A tracked blade wants four-node tetrahedra or hexahedra, on any number of ranks.
+/// A tracked blade cuts no ten-node tetrahedra in the mixed form, on any number of ranks.
 TEST(Ranks, ASceneWithABladeIsRefusedAsOnOne) {
     test::Tracked block;
     block.set_track("tools: [{tool: Scalpel, blade_mm: [0, -70, 0, 0, 70, 0]}]");
     write_text(block.folder / "scene.yaml",
-               read_text_file(block.folder / "scene.yaml") + "elements: P2\n");
+               read_text_file(block.folder / "scene.yaml") + "elements: P2\nformulation: mixed\n");
     const auto one = livetet(block.folder, "solve scene.yaml"),
                three = livetet(block.folder, "solve scene.yaml", mpirun(3));
     EXPECT_EQ(one.status, 2) << one.err;

@@ -57,33 +57,49 @@ void kill_after_checkpoint(const Folder& folder, const std::string& before) {
     EXPECT_NE(run.get().status, 0);
 }
 
-/// The state of a process in /proc: 'T' if it is stopped.
-char state_of(pid_t process) {
+/// Whether a process stands still: stopped, or gone.
+bool stands_still(pid_t process) {
     const std::string stat = test::text_of(fmt::format("/proc/{}/stat", process));
     const auto name_end = stat.rfind(')');
-    return name_end + 2 < stat.size() ? stat[name_end + 2] : 'X';
+    return name_end == std::string::npos || stat.substr(name_end).find_first_of("TZX") == 2;
 }
 
-/// Removes the run's checkpoints while its ranks stand still between two files: Open MPI would wait
-/// without an end if the file went between the first rank's opening it and the others'.
+/// Stops processes until it ends.
+class Standstill {
+  public:
+    explicit Standstill(std::vector<pid_t> processes) : processes_(std::move(processes)) {
+        for (const pid_t p : processes_) {
+            ::kill(p, SIGSTOP);
+            while (!stands_still(p)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+    }
+    ~Standstill() {
+        for (const pid_t p : processes_) ::kill(p, SIGCONT);
+    }
+    Standstill(const Standstill&) = delete;
+    Standstill& operator=(const Standstill&) = delete;
+
+  private:
+    std::vector<pid_t> processes_;
+};
+
+/// Removes the run's checkpoints while its ranks stand still between two files: Open MPI would hang
+/// if the file went between the first rank's opening it and the others'.
 void remove_checkpoints_between_files(const Folder& folder) {
     const auto parts = folder / "swing.h5.parts";
-    const auto being_written = [&] {
-        for (const auto& entry : std::filesystem::directory_iterator(parts))
+    const auto is_being_written = [&] {
+        std::error_code gone;
+        for (const auto& entry : std::filesystem::directory_iterator(parts, gone))
             if (entry.path().filename().string().front() == '.') return true;
         return false;
     };
-    for (bool removed = false; !removed;) {
+    while (std::filesystem::exists(parts)) {
         const std::vector<pid_t> ranks = test::programs_in(folder);
         if (ranks.empty()) return;
-        for (const pid_t p : ranks) {
-            ::kill(p, SIGSTOP);
-            while (state_of(p) != 'T' && state_of(p) != 'X')
-                std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        {
+            const Standstill standstill(ranks);
+            if (!is_being_written()) std::filesystem::remove_all(parts);
         }
-        removed = !being_written();
-        if (removed) std::filesystem::remove_all(parts);
-        for (const pid_t p : ranks) ::kill(p, SIGCONT);
         std::this_thread::sleep_for(std::chrono::milliseconds(3));
     }
 }

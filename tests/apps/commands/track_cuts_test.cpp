@@ -233,6 +233,8 @@ TEST(TrackCuts, BladesThatCannotCutAreRefused) {
         make_hierarchy({test::block({10, 5, 5}, size), test::block({5, 3, 3}, size)}, "tets"));
     refused(scalpel, {"elements = P2", "blade_mm", "mixed form", "formulation: displacement"},
             "elements: P2\nformulation: mixed\n");
+    refused(scalpel, {"elements = P2", "blade_mm", "the solver", "expected P1"},
+            "elements: P2\nsolver: {kind: direct}\n");
 }
 
 }  // namespace

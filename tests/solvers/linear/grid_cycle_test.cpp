@@ -11,6 +11,7 @@
 #include "base/error.hpp"
 #include "mesh/hex_cut.hpp"
 #include "mesh/hierarchy.hpp"
+#include "solvers/linear/live_solver.hpp"
 #include "solvers/linear/live_support.hpp"
 #include "solvers/nonlinear/deformable_body.hpp"
 #include "support/beam_press.hpp"
@@ -127,6 +128,19 @@ TEST_P(LiveGrid, TakesFewIterationsAFrame) {
         most = std::max(most, live->advance(0, {.linear_tolerance = 1e-2}).iterations);
     }
     EXPECT_LE(most, 14);
+}
+
+/// The solver hands on to its cycle that a solve begins with a start.
+TEST_P(LiveGrid, TakesAnotherFirstCycleAfterAStart) {
+    const auto live = body({.kind = SolverKind::live});
+    (void)live->advance(0, {.linear_tolerance = 1e-2});
+    // Bodies show their solver for reading alone.
+    auto& solver = dynamic_cast<LiveSolver&>(const_cast<LinearSolver&>(live->linear_solver()));
+    const Eigen::VectorXd r = test::wave(solver.fine(), 0.01), whole = test::cycled(solver, r);
+    solver.begin_solve(true);
+    const Eigen::VectorXd first = test::cycled(solver, r);
+    EXPECT_NE(first, whole);
+    EXPECT_EQ(test::cycled(solver, r), whole);
 }
 
 INSTANTIATE_TEST_SUITE_P(Laws, LiveGrid, testing::Values("linear", "corotated", "neohookean"),

@@ -119,5 +119,45 @@ TEST(OpenedQuadratic, IsTheQuadraticFormOfTheOpenedTets) {
     EXPECT_GT(moved_midpoints, 100U);
 }
 
+/// Places in the body and half a millimetre outside of it stay in their tets.
+TEST(OpenedQuadratic, PlacesStayInTheirTets) {
+    const std::vector<TetMesh> levels = levels_of_box();
+    OpenableTets tets({levels.begin() + 1, levels.end()}, "box");
+    tets.cut(rectangle({0.0283, -0.1, -0.1}, {0.002, 0.3, 0.01}, {0.001, 0, 0.3}));
+    const OpenedLevels opened =
+        with_opened_quadratic(levels, tets.open({levels.begin() + 1, levels.end()}));
+    const TetMesh &before = levels.front(), &after = opened.levels.front();
+    std::vector<Vector3> places, points;
+    for (const double x : {0.003, 0.021, 0.027, 0.033, 0.038, 0.055})
+        for (const double y : {0.001, 0.022, 0.048})
+            for (const double z : {0.013, 0.041, 0.06}) {
+                places.emplace_back(x, y, z);
+                points.emplace_back(x, y, z == 0.06 ? 0.0605 : z);
+            }
+    const PointSampler cut = PointSampler(before, points).after_cut(before, after);
+    const MeshPiece piece = mesh_pieces(after).back();
+    std::vector<Vector3> pieces(after.nodes.size(), Vector3::Zero());
+    for (const std::int32_t n : nodes_of_pieces({&piece, 1}, after)) pieces[n] = Vector3::Ones();
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        EXPECT_LT((cut.sample(i, after.nodes) - places[i]).norm(), 1e-15);
+        if (std::abs(places[i].x() - 0.03) < 0.005) continue;
+        const bool is_right = places[i].x() > 0.03;
+        EXPECT_NEAR(cut.sample(i, pieces).x(), is_right == (piece.centroid.x() > 0.03), 1e-14);
+    }
+}
+
+/// A blade's place at rest in a body that is bent as ten nodes can be.
+TEST(OpenedQuadratic, RestPlacesFollowTheMidpoints) {
+    const std::vector<TetMesh> levels = levels_of_box();
+    const OpenableTets tets({levels.begin() + 1, levels.end()}, "box");
+    const auto bend = [](const Vector3& x) -> Vector3 {
+        return {3 * x.z() * x.z() - 2 * x.x() * x.y(), 0.1 * x.x(), -4 * x.x() * x.x()};
+    };
+    std::vector<Vector3> u;
+    for (const Vector3& x : levels.front().nodes) u.push_back(bend(x));
+    for (const Vector3& x : {Vector3(0.021, 0.032, 0.017), Vector3(0.0551, 0.0127, 0.0413)})
+        EXPECT_LT((tets.rest_place(x + bend(x), levels.front(), u) - x).norm(), 2e-9);
+}
+
 }  // namespace
 }  // namespace livetet
