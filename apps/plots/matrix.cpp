@@ -8,6 +8,8 @@
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
+#include <string>
+#include <vector>
 
 #include "apps/plots/off_screen_window.hpp"
 #include "apps/plots/pictures.hpp"
@@ -17,7 +19,7 @@ namespace livetet {
 
 namespace {
 
-constexpr double left = 330, right = look::width - 20.0, top = look::height - 150.0, bottom = 60;
+constexpr double left = 330, right = look::width - 20.0, bottom = 60;
 
 look::Colour colour_of(MatrixCell cell) {
     switch (cell) {
@@ -80,6 +82,64 @@ class Sheet {
     vtkNew<vtkUnsignedCharArray> colours_;
 };
 
+/// Where a matrix's boxes are.
+struct Layout {
+    double width, top, height;  ///< width and height of a cell
+    bool is_narrow;             ///< names of the second part stand upright, of the third letters
+
+    explicit Layout(const MatrixPicture& m) {
+        constexpr double least_width = 14, turned_head = 250, head = 150;
+        width = (right - left) / static_cast<double>(m.columns.size());
+        is_narrow = width < least_width;
+        top = look::height - (is_narrow ? turned_head : head);
+        height = std::min(30.0, (top - bottom) / static_cast<double>(m.rows.size()));
+    }
+    double x(std::size_t column) const { return left + width * static_cast<double>(column); }
+};
+
+bool begins(const MatrixPicture& m, std::size_t column, std::size_t part) {
+    return column == 0 || m.columns[column][part] != m.columns[column - 1][part] ||
+           (part > 0 && begins(m, column, part - 1));
+}
+
+void add_heads(Sheet& sheet, const MatrixPicture& m, const Layout& at) {
+    sheet.text(m.title, 26, left, look::height - 40, TextWeight::bold);
+    for (std::size_t k = 0; k < m.columns.size(); ++k) {
+        const auto& [first, second, third] = m.columns[k];
+        if (begins(m, k, 0))
+            sheet.text(first, at.is_narrow ? 13 : 18, at.x(k), look::height - 72, TextWeight::bold);
+        if (at.is_narrow) {
+            if (begins(m, k, 1))
+                sheet.text(second, 12, at.x(k) + 1.7 * at.width, at.top + 20, TextWeight::regular,
+                           90);
+            sheet.text(third.substr(0, 1), 10, at.x(k) + 0.2 * at.width, at.top + 5);
+            continue;
+        }
+        if (begins(m, k, 1)) sheet.text(second, 15, at.x(k), look::height - 94);
+        sheet.text(third.substr(0, 7), 12, at.x(k) + 0.65 * at.width, at.top + 6,
+                   TextWeight::regular, 90);
+    }
+}
+
+void add_key(Sheet& sheet, const MatrixPicture& m, const Layout& at) {
+    double x = left;
+    for (const auto& [cell, words] : {std::pair{MatrixCell::good, "passes"},
+                                      std::pair{MatrixCell::neither, "refused or left out"},
+                                      std::pair{MatrixCell::bad, "fails, with its reason"}}) {
+        sheet.box(x, 20, 22, 22, colour_of(cell));
+        sheet.text(words, 16, x + 32, 22);
+        x += 250;
+    }
+    if (!at.is_narrow) return;
+    std::vector<std::string> thirds;
+    for (const auto& column : m.columns)
+        if (std::ranges::find(thirds, column[2]) == thirds.end()) thirds.push_back(column[2]);
+    std::string letters;
+    for (const std::string& name : thirds)
+        letters += (letters.empty() ? "" : ", ") + name.substr(0, 1) + " " + name;
+    sheet.text(letters, 16, x, 22);
+}
+
 }  // namespace
 
 void write_matrix_picture(const std::filesystem::path& path, const MatrixPicture& m) {
@@ -87,37 +147,19 @@ void write_matrix_picture(const std::filesystem::path& path, const MatrixPicture
         fail("matrix picture: {} cells, expected {} rows of {}", m.cells.size(), m.rows.size(),
              m.columns.size());
     Sheet sheet;
-    const double width = (right - left) / static_cast<double>(m.columns.size());
-    const double height = std::min(30.0, (top - bottom) / static_cast<double>(m.rows.size()));
-    sheet.text(m.title, 26, left, look::height - 40, TextWeight::bold);
-    for (std::size_t k = 0; k < m.columns.size(); ++k) {
-        const double x = left + width * static_cast<double>(k);
-        if (k == 0 || m.columns[k][0] != m.columns[k - 1][0])
-            sheet.text(m.columns[k][0], 18, x, look::height - 72, TextWeight::bold);
-        if (k == 0 || m.columns[k][1] != m.columns[k - 1][1])
-            sheet.text(m.columns[k][1], 15, x, look::height - 94);
-        sheet.text(m.columns[k][2].substr(0, 7), 12, x + 0.65 * width, top + 6, TextWeight::regular,
-                   90);
-    }
+    const Layout at(m);
+    add_heads(sheet, m, at);
     for (std::size_t r = 0; r < m.rows.size(); ++r) {
-        const double y = top - height * static_cast<double>(r + 1);
-        sheet.text(m.rows[r], std::clamp(static_cast<int>(0.72 * height), 8, 15), 20,
-                   y + 0.2 * height);
+        const double y = at.top - at.height * static_cast<double>(r + 1);
+        sheet.text(m.rows[r], std::clamp(static_cast<int>(0.72 * at.height), 8, 15), 20,
+                   y + 0.2 * at.height);
         for (std::size_t k = 0; k < m.columns.size(); ++k) {
-            const bool begins = k > 0 && m.columns[k][1] != m.columns[k - 1][1];
-            const double gap = begins ? 3 : 1;
-            sheet.box(left + width * static_cast<double>(k) + gap, y + 1, width - gap, height - 2,
+            const double gap = k > 0 && begins(m, k, 1) ? 3 : 1;
+            sheet.box(at.x(k) + gap, y + 1, at.width - gap, at.height - 2,
                       colour_of(m.cells[r * m.columns.size() + k]));
         }
     }
-    double x = left;
-    for (const auto& [cell, words] : {std::pair{MatrixCell::good, "passes"},
-                                      std::pair{MatrixCell::neither, "refused or left out"},
-                                      std::pair{MatrixCell::bad, "fails, with its reason"}}) {
-        sheet.box(x, 20, 22, 22, colour_of(cell));
-        sheet.text(words, 16, x + 32, 22);
-        x += 280;
-    }
+    add_key(sheet, m, at);
     sheet.write(path);
 }
 
