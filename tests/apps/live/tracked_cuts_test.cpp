@@ -60,6 +60,12 @@ struct BladeBlock {
         hierarchy =
             make_hierarchy({test::block({12, 6, 6}, size), test::block({6, 3, 3}, size)}, "tets");
     }
+    /// A place of which frames state the error, beyond the cut from the sensor.
+    void add_target() {
+        TargetOptions& target = scene.track->targets.emplace_back();
+        target.name = "Beyond";
+        target.point_mm = Vector3(38, 30, 45);
+    }
     static Vector3 sensor_place() { return {0.0932, 0.0321, 0.06}; }
     const TetMesh& mesh() const { return hierarchy.levels.front(); }
 };
@@ -452,10 +458,7 @@ TEST(TrackedCuts, AnOpeningPreparedBetweenFramesIsTheSame) {
 /// The stated errors are those of a body with the cut, once its responses are known again.
 TEST(TrackedCuts, ErrorsAreNotStatedUntilTheResponsesOfTheCutBodyAreKnown) {
     BladeBlock block;
-    TargetOptions target;
-    target.name = "Beyond";
-    target.point_mm = Vector3(38, 30, 45);
-    block.scene.track->targets = {target};
+    block.add_target();
     BladeBlock made = block;
     cut_in_scene(made, 0.022);
     BladeRun live(block), expected(made), whole(block);
@@ -500,10 +503,7 @@ TEST(TrackedCuts, ErrorsAreNotStatedUntilTheResponsesOfTheCutBodyAreKnown) {
 TEST(TrackedCuts, ErrorsOfTenNodeTetsAreStatedOnceTheirResponsesAreKnown) {
     BladeBlock block;
     block.make_of(Cells::ten_node_tets);
-    TargetOptions target;
-    target.name = "Beyond";
-    target.point_mm = Vector3(38, 30, 45);
-    block.scene.track->targets = {target};
+    block.add_target();
     BladeBlock made = block;
     cut_in_scene(made, 0.022);
     BladeRun live(block), expected(made), whole(block);
