@@ -40,13 +40,12 @@ std::vector<MeshPiece> mesh_pieces(const TetMesh& mesh) {
 std::vector<std::int32_t> nodes_of_pieces(std::span<const MeshPiece> pieces, const TetMesh& mesh) {
     std::vector<std::uint8_t> is_in(mesh.nodes.size(), 0);
     for (const MeshPiece& piece : pieces)
-        for (const std::int32_t e : piece.cells)
+        for (const std::int32_t e : piece.cells) {
             for (const std::int32_t n : corners_of_cell(mesh, static_cast<std::size_t>(e)))
                 is_in[n] = 1;
-    if (!mesh.edge_nodes.empty())
-        for (const MeshPiece& piece : pieces)
-            for (const std::int32_t e : piece.cells)
-                for (const std::int32_t n : mesh.edge_nodes[e]) is_in[n] = 1;
+            if (mesh.edge_nodes.empty()) continue;
+            for (const std::int32_t n : mesh.edge_nodes[e]) is_in[n] = 1;
+        }
     std::vector<std::int32_t> nodes;
     for (std::size_t n = 0; n < is_in.size(); ++n)
         if (is_in[n]) nodes.push_back(static_cast<std::int32_t>(n));

@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
-#include <limits>
 #include <map>
 #include <utility>
 
@@ -105,15 +104,10 @@ std::vector<MovedNode> move_onto_cut(
     for (const auto& [node, points] : crossings) {
         if (after[node] == before[node]) continue;
         MovedNode& m = moved.emplace_back(MovedNode{node, after[node] - before[node], {}, {}});
-        double best = -std::numeric_limits<double>::infinity();
-        for (const std::int32_t e : movable.tets_at(node)) {
-            const auto weights = frame_of(mesh, mesh.tets[e]).weights(after[node]);
-            const double least = *std::ranges::min_element(weights);
-            if (least <= best) continue;
-            best = least;
-            std::ranges::copy(mesh.tets[e], m.nodes.begin());
-            std::ranges::copy(weights, m.weights.begin());
-        }
+        HoldingTet holding;
+        holding.look(mesh, movable.tets_at(node), after[node]);
+        std::ranges::copy(mesh.tets[holding.tet], m.nodes.begin());
+        std::ranges::copy(holding.weights, m.weights.begin());
     }
     mesh.nodes = after;
     return moved;

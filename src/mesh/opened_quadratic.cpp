@@ -1,7 +1,6 @@
 #include "mesh/opened_quadratic.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <unordered_map>
 #include <utility>
 
@@ -66,22 +65,17 @@ class PlacesBefore {
     MovedNode moved(std::int32_t node, const Vector3& to,
                     std::initializer_list<std::int32_t> corners) const {
         MovedNode m{node, to - mesh_.nodes[node], {}, {}};
-        double best = -std::numeric_limits<double>::infinity();
-        for (const std::int32_t corner : corners)
-            for (const std::int32_t e : stars_[corner]) {
-                const auto L = frame_of(mesh_, mesh_.tets[e]).weights(to);
-                const double least = *std::ranges::min_element(L);
-                if (least <= best) continue;
-                best = least;
-                for (int i = 0; i < 4; ++i) {
-                    m.nodes[i] = mesh_.tets[e][i];
-                    m.weights[i] = L[i] * (2 * L[i] - 1);
-                }
-                for (int k = 0; k < 6; ++k) {
-                    m.nodes[4 + k] = mesh_.edge_nodes[e][k];
-                    m.weights[4 + k] = 4 * L[tet_edges[k][0]] * L[tet_edges[k][1]];
-                }
-            }
+        HoldingTet holding;
+        for (const std::int32_t corner : corners) holding.look(mesh_, stars_[corner], to);
+        const auto& L = holding.weights;
+        for (int i = 0; i < 4; ++i) {
+            m.nodes[i] = mesh_.tets[holding.tet][i];
+            m.weights[i] = L[i] * (2 * L[i] - 1);
+        }
+        for (int k = 0; k < 6; ++k) {
+            m.nodes[4 + k] = mesh_.edge_nodes[holding.tet][k];
+            m.weights[4 + k] = 4 * L[tet_edges[k][0]] * L[tet_edges[k][1]];
+        }
         return m;
     }
 

@@ -2,7 +2,10 @@
 
 #include <Eigen/Dense>
 
+#include <algorithm>
 #include <array>
+#include <limits>
+#include <span>
 
 #include "mesh/tet_mesh.hpp"
 
@@ -26,5 +29,22 @@ inline TetFrame frame_of(const TetMesh& mesh, const Tet& t) {
     for (int k = 0; k < 3; ++k) edges.col(k) = mesh.nodes[t[k + 1]] - origin;
     return {origin, edges.inverse()};
 }
+
+/// Of the tets that were looked at, the one that holds a place, or comes nearest to it: the one in
+/// which its least weight is greatest.
+struct HoldingTet {
+    std::int32_t tet = -1;
+    std::array<double, 4> weights{};
+    double least = -std::numeric_limits<double>::infinity();
+
+    void look(const TetMesh& mesh, std::span<const std::int32_t> tets, const Vector3& place) {
+        for (const std::int32_t e : tets) {
+            const auto w = frame_of(mesh, mesh.tets[e]).weights(place);
+            const double least_here = *std::ranges::min_element(w);
+            if (least_here <= least) continue;
+            *this = {e, w, least_here};
+        }
+    }
+};
 
 }  // namespace livetet
