@@ -16,10 +16,7 @@ namespace livetet {
 void TrackedBody::check_ten_node_tets_can_be_cut() const {
     if (body_.mesh().edge_nodes.empty()) return;
     const LinearSolver& solver = body_.body->linear_solver();
-    if (solver.is_mixed())
-        fail(
-            "elements = P2: found with a blade (track.tools: blade_mm) in the mixed form, expected "
-            "P1, or formulation: displacement");
+    if (solver.is_mixed()) refuse_blade_in_mixed_form();
     if (body_.hierarchy.levels.size() < 2)
         fail(
             "elements = P2: found with a blade (track.tools: blade_mm) and the solver {}, expected "

@@ -217,13 +217,17 @@ std::string pieces_text(const std::vector<MeshPiece>& pieces) {
     return text;
 }
 
+void refuse_blade_in_mixed_form() {
+    fail(
+        "elements = P2: found with a blade (track.tools: blade_mm) in the mixed form, expected P1, "
+        "or formulation: displacement");
+}
+
 void check_can_be_cut(const Scene& scene) {
     const bool has_blade = scene.track && has_blades(*scene.track);
     if (has_blade || !scene.cuts.empty()) refuse_listed_nodes(scene);
     if (has_blade && scene.elements == Elements::p2 && scene.formulation == Formulation::mixed)
-        fail(
-            "elements = P2: found with a blade (track.tools: blade_mm) in the mixed form, expected "
-            "P1, or formulation: displacement");
+        refuse_blade_in_mixed_form();
 }
 
 namespace {

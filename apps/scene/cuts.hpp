@@ -15,6 +15,10 @@ namespace livetet {
 /// list nodes.
 void check_can_be_cut(const Scene& scene);
 
+/// Throws the Error for a blade with ten-node tets in the mixed form: `formulation` asks for it, or
+/// the materials do.
+[[noreturn]] void refuse_blade_in_mixed_form();
+
 /// The scene's mesh with its cuts, all levels of tets alike, and without pieces that they free if
 /// the scene leaves those out. Logs how much was cut, and each piece that nothing holds. Throws
 /// Error, naming the key, if a cut parts no tet or crosses no pair of neighbouring cells, if all
