@@ -30,8 +30,8 @@ DisplacementSolver::DisplacementSolver(const DistributedHierarchy& mesh, Role ro
                                        ThreadTeam& team)
     : LinearSolver(mesh.tets),
       team_(team),
-      role_(role),
-      earlier_(EarlierSolves::Nearness::energy, team) {}
+      earlier_(EarlierSolves::Nearness::energy, team),
+      role_(role) {}
 
 DisplacementSolver::~DisplacementSolver() = default;
 

@@ -83,6 +83,9 @@ class DisplacementSolver : public LinearSolver {
     ThreadTeam& team_;
     std::vector<std::unique_ptr<LevelAssembler>> levels_;  ///< finest first
     PetscHandle<KSP> krylov_;
+    std::unique_ptr<StoppingTest> stopping_;  ///< null in the role `preconditioner`
+    EarlierSolves earlier_;
+    PetscHandle<Vec> image_;  ///< A x of the last solve that started from earlier ones
 
   private:
     /// image_ = A x after a solve of A x = b. `is_whole_solve`: the Krylov solver's last run, which
@@ -90,9 +93,6 @@ class DisplacementSolver : public LinearSolver {
     void find_image(Vec b, Vec x, bool is_whole_solve);
 
     Role role_;
-    std::unique_ptr<StoppingTest> stopping_;
-    EarlierSolves earlier_;
-    PetscHandle<Vec> image_;  ///< A x of the last solve that started from earlier ones
 };
 
 /// Applies PETSc's options. Throws Error for an unknown solver or preconditioner type.

@@ -20,15 +20,16 @@ constexpr std::size_t grain = 1000;
 /// change outweighs the solution. Where A stays, rounding to float bounds what can be told apart.
 constexpr double min_rest = 1e-6, max_rest = 1e-2;
 
-void round_to(std::vector<float>& to, Vec from) {
+void round_to(std::vector<float>& to, Vec from, ThreadTeam& team) {
     const ReadArray values(from);
-    std::ranges::transform(values.span(), to.begin(),
-                           [](double v) { return static_cast<float>(v); });
+    team.run_pieces(to.size(), grain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) to[i] = static_cast<float>(values[i]);
+    });
 }
 
 }  // namespace
 
-EarlierSolves::Numbers EarlierSolves::products_with(Vec v) {
+EarlierSolves::Numbers EarlierSolves::products_with(Vec v) const {
     const ReadArray values(v);
     Numbers sums = sum_in_pieces(
         team_, values.span().size(), [&](std::size_t begin, std::size_t end) -> Numbers {
@@ -67,43 +68,57 @@ EarlierSolves::Numbers EarlierSolves::shares(const Numbers& work) const {
 }
 
 void EarlierSolves::make_room(Vec like) {
-    LIVETET_PETSC(VecDuplicate(like, start_.out()));
-    LIVETET_PETSC(VecDuplicate(like, rest_.out()));
     PetscInt size = 0;
     LIVETET_PETSC(VecGetLocalSize(like, &size));
     for (auto& solution : solutions_) solution.resize(size);
     if (nearness_ == Nearness::residual)
         for (auto& image : images_) image.resize(size);
+    has_room_ = true;
+}
+
+std::optional<EarlierSolves::Numbers> EarlierSolves::combination(Vec b) const {
+    if (count_ == 0) return std::nullopt;
+    const Numbers c = shares(products_with(b));
+    return c.allFinite() ? std::optional(c) : std::nullopt;
+}
+
+template <class Scalar>
+void EarlierSolves::combine(const Numbers& c, std::span<Scalar> x) const {
+    const Eigen::Vector<Scalar, max_solutions> share = c.cast<Scalar>();
+    team_.run_pieces(solutions_[0].size(), grain, [&](std::size_t begin, std::size_t end) {
+        constexpr std::size_t piece = 1536;  // of x, which stays in the cache
+        for (std::size_t first = begin; first < end; first += piece) {
+            const std::size_t last = std::min(end, first + piece);
+            for (std::size_t i = first; i < last; ++i) x[i] = share[0] * solutions_[0][i];
+            for (int k = 1; k < count_; ++k)
+                for (std::size_t i = first; i < last; ++i) x[i] += share[k] * solutions_[k][i];
+        }
+    });
+}
+
+double EarlierSolves::length(const Numbers& c, double along_b, double along_image) {
+    // Where the energy rises, or does not fall along x, a frame, which searches along no line, must
+    // not follow it.
+    if (!(along_b > 0 && along_image > 0)) return 0;
+    change_ = std::abs(along_image / c.dot(gram_ * c) - 1);
+    if (!std::isfinite(change_)) change_ = 1;
+    return along_b / along_image;
 }
 
 bool EarlierSolves::find_start(Mat A, Vec b) {
-    if (!start_) make_room(b);
-    if (count_ == 0) return false;
-    const Numbers c = shares(products_with(b));
-    if (!c.allFinite()) return false;
-    {
-        WriteArray x(start_.get());
-        team_.run_pieces(x.span().size(), grain, [&](std::size_t begin, std::size_t end) {
-            constexpr std::size_t piece = 1536;  // of x, which stays in the cache
-            for (std::size_t first = begin; first < end; first += piece) {
-                const std::size_t last = std::min(end, first + piece);
-                for (std::size_t i = first; i < last; ++i) x[i] = c[0] * solutions_[0][i];
-                for (int k = 1; k < count_; ++k)
-                    for (std::size_t i = first; i < last; ++i) x[i] += c[k] * solutions_[k][i];
-            }
-        });
-    }
+    if (!has_room_) make_room(b);
+    if (!start_)
+        for (PetscHandle<Vec>* v : {&start_, &rest_}) LIVETET_PETSC(VecDuplicate(b, v->out()));
+    const auto c = combination(b);
+    if (!c) return false;
+    combine(*c, WriteArray(start_.get()).span());
     LIVETET_PETSC(MatMult(A, start_.get(), rest_.get()));
     const Vec factors[] = {b, rest_.get()};
-    PetscScalar work[2] = {};
+    PetscScalar along[2] = {};
     LIVETET_PETSC(
-        VecMDot(nearness_ == Nearness::energy ? start_.get() : rest_.get(), 2, factors, work));
-    // Where the energy rises, or does not fall along x, a frame, which searches along no line, must
-    // not follow it.
-    if (!(work[0] > 0 && work[1] > 0)) return false;
-    const double a = work[0] / work[1];
-    change_ = std::abs(work[1] / c.dot(gram_ * c) - 1);
-    if (!std::isfinite(change_)) change_ = 1;
+        VecMDot(nearness_ == Nearness::energy ? start_.get() : rest_.get(), 2, factors, along));
+    const double a = length(*c, along[0], along[1]);
+    if (a == 0) return false;
     const ReadArray from(b);
     WriteArray x(start_.get()), rest(rest_.get());
     team_.run_pieces(x.span().size(), grain, [&](std::size_t begin, std::size_t end) {
@@ -115,11 +130,34 @@ bool EarlierSolves::find_start(Mat A, Vec b) {
     return true;
 }
 
+double EarlierSolves::find_start(SingleSystem& A, Vec b, std::span<float> start,
+                                 std::span<float> rest) {
+    if (!has_room_) make_room(b);
+    const auto c = combination(b);
+    if (!c) return 0;
+    combine(*c, start);
+    A.apply(start, rest);
+    const ReadArray from(b);
+    const std::size_t size = from.span().size();
+    const Eigen::Array2d along =
+        sum_in_pieces(team_, size, [&](std::size_t begin, std::size_t end) -> Eigen::Array2d {
+            return {dot_of_piece(start.data(), from.span().data(), begin, end),
+                    dot_of_piece(start.data(), rest.data(), begin, end)};
+        });
+    const double a = length(*c, along[0], along[1]);
+    if (a == 0) return 0;
+    team_.run_pieces(size, grain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i)
+            rest[i] = static_cast<float>(from[i] - a * rest[i]);
+    });
+    return a;
+}
+
 void EarlierSolves::keep(Vec x, Vec y) {
     std::rotate(solutions_.begin(), solutions_.end() - 1, solutions_.end());
     std::rotate(images_.begin(), images_.end() - 1, images_.end());
-    round_to(solutions_.front(), x);
-    if (nearness_ == Nearness::residual) round_to(images_.front(), y);
+    round_to(solutions_.front(), x, team_);
+    if (nearness_ == Nearness::residual) round_to(images_.front(), y, team_);
     const Eigen::Matrix<double, max_solutions - 1, max_solutions - 1> older =
         gram_.topLeftCorner<max_solutions - 1, max_solutions - 1>();
     gram_.bottomRightCorner<max_solutions - 1, max_solutions - 1>() = older;

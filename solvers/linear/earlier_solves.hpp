@@ -3,11 +3,13 @@
 #include <Eigen/Core>
 
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "base/petsc.hpp"
 #include "base/thread_team.hpp"
+#include "solvers/linear/single_system.hpp"
 
 namespace livetet {
 
@@ -46,6 +48,9 @@ class EarlierSolves {
     bool find_start(Mat A, Vec b);
     Vec start() const { return start_.get(); }
     Vec rest() const { return rest_.get(); }  ///< b - A start()
+    /// The same in single precision on one rank, nearness of energy: `start` is sum_i c_i x_i and
+    /// `rest` b - a A start. Returns a; 0 where they are of no use. Vectors as A has them.
+    double find_start(SingleSystem& A, Vec b, std::span<float> start, std::span<float> rest);
     /// Keeps a solution and y = A x; forgets all where they are not finite. find_start was called
     /// before.
     void keep(Vec x, Vec y);
@@ -55,18 +60,27 @@ class EarlierSolves {
     using Numbers = Eigen::Vector<double, max_solutions>;  ///< one a solution, zero behind the last
 
     void make_room(Vec like);
+    /// c; nothing where there is none.
+    std::optional<Numbers> combination(Vec b) const;
+    /// x = sum_i c_i x_i, one number more or less precise.
+    template <class Scalar>
+    void combine(const Numbers& c, std::span<Scalar> x) const;
+    /// a, of t . b and t . A x for x with the shares c, t = x or A x; 0 where it is of no use. Notes
+    /// how much A has changed.
+    double length(const Numbers& c, double along_b, double along_image);
     std::span<const std::vector<float>> tests() const {
         const auto& t = nearness_ == Nearness::energy ? solutions_ : images_;
         return {t.data(), static_cast<std::size_t>(count_)};
     }
     /// t_i . v
-    Numbers products_with(Vec v);
+    Numbers products_with(Vec v) const;
     /// c, by G = L D L^T.
     Numbers shares(const Numbers& work) const;
 
     Nearness nearness_;
     ThreadTeam& team_;
     int count_ = 0;
+    bool has_room_ = false;
     std::array<std::vector<float>, max_solutions> solutions_, images_;  ///< newest first
     Gram gram_ = Gram::Identity();  ///< the identity behind the last
     /// |q / q_G - 1| of the last combination x: q = x . A x (energy) or |A x|^2, q_G by G.

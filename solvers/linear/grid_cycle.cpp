@@ -260,13 +260,17 @@ void GridCycle::descend(std::size_t l, bool smooths_before) {
     level.smoother.smooth(false);
 }
 
-void GridCycle::cycle(std::span<const double> r, std::span<double> z) {
+template <class Scalar>
+void GridCycle::apply(std::span<const Scalar> r, std::span<Scalar> z) {
     Level& finest = *levels_.front();
     std::vector<float>&b = finest.smoother.b(), &x = finest.smoother.x();
     finest.A.over_components([&](std::size_t i) { b[i] = static_cast<float>(r[i]); });
     descend(0, std::exchange(smooths_before_, true));
     finest.A.over_components([&](std::size_t i) { z[i] = x[i]; });
 }
+
+template void GridCycle::apply(std::span<const double>, std::span<double>);
+template void GridCycle::apply(std::span<const float>, std::span<float>);
 
 double GridCycle::bytes_of_update() const {
     double bytes = 0;

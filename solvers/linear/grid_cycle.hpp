@@ -40,12 +40,15 @@ class GridCycle final : public LiveCycle {
     /// The residual that a start leaves is smooth: the first cycle after it does not smooth the
     /// finest level before its correction, which saves a product and brings as much.
     void begin_solve(bool has_start) override { smooths_before_ = !has_start; }
-    void cycle(std::span<const double> r, std::span<double> z) override;
+    void cycle(std::span<const double> r, std::span<double> z) override { apply(r, z); }
+    void cycle(std::span<const float> r, std::span<float> z) override { apply(r, z); }
 
     double bytes_of_update() const override;
     double bytes_of_cycle() const override;
 
   private:
+    template <class Scalar>
+    void apply(std::span<const Scalar> r, std::span<Scalar> z);
     struct Level;
     /// The rotations of the finest level's cells, once those of all levels are found.
     const ElementRotations& find_rotations(const ElementRotations& finest);

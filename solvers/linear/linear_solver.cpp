@@ -95,8 +95,12 @@ void LinearSolver::finish_report(KSP ksp, LinearReport& report) {
     LIVETET_PETSC(KSPGetConvergedReason(ksp, &reason));
     LIVETET_PETSC(KSPGetIterationNumber(ksp, &iterations));
     LIVETET_PETSC(KSPGetResidualNorm(ksp, &report.residual));
-    LIVETET_PETSC(KSPGetConvergedReasonString(ksp, &report.reason));
     report.iterations = static_cast<int>(iterations);
+    finish_report(reason, report);
+}
+
+void LinearSolver::finish_report(KSPConvergedReason reason, LinearReport& report) {
+    report.reason = KSPConvergedReasons[reason];
     report.converged = reason > 0 && reason != KSP_CONVERGED_ITS;
     report.cut_short = reason == KSP_CONVERGED_ITS || reason == KSP_DIVERGED_ITS;
 }

@@ -185,6 +185,7 @@ class LinearSolver {
     /// Sets tolerance and iterations; returns them as they count.
     LinearControls set_tolerances(const LinearControls& controls);
     static void finish_report(KSP ksp, LinearReport& report);
+    static void finish_report(KSPConvergedReason reason, LinearReport& report);
 
     SolverCosts costs_;
     double user_residual_ = 1e-50;  ///< N

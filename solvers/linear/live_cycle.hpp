@@ -30,6 +30,7 @@ class LiveCycle {
     virtual void begin_solve(bool /*has_start*/) {}
     /// z = one cycle for A z = r from zero; r and z zero at constrained components.
     virtual void cycle(std::span<const double> r, std::span<double> z) = 0;
+    virtual void cycle(std::span<const float> r, std::span<float> z) = 0;
 
     /// What one `update` and one `cycle` have to move, from and to memory, if every array is read
     /// or written once where it is used; bytes.

@@ -45,7 +45,47 @@ LiveSolver::LiveSolver(DistributedHierarchy mesh, const ElasticModel& model,
     shell_ = make_shell_matrix<&LiveSolver::multiply>(mesh.comm, 3 * fine().share().owned, *this);
     run_vectors_on_team<LiveSolver>(shell_.get());
     make_krylov(mesh.comm, ErrorEstimate::from_steps);
-    if (role == Role::solver) watch_curvature(&is_curved_down_);
+    if (role == Role::preconditioner) return;
+    watch_curvature(&is_curved_down_);
+    SingleSystem& system = *this;  // its base is private
+    if (iterates_itself())
+        gradients_ = std::make_unique<ConjugateGradients>(
+            system, 3 * static_cast<std::size_t>(fine().share().owned), team_);
+}
+
+bool LiveSolver::iterates_itself() const {
+    char* options = nullptr;
+    LIVETET_PETSC(PetscOptionsGetAll(nullptr, &options));
+    const bool has_options = std::string_view(options).find("-ksp_") != std::string_view::npos;
+    LIVETET_PETSC(PetscFree(options));
+    return !has_options && preconditions_by(PCSHELL);
+}
+
+LinearReport LiveSolver::solve(Vec b, Vec b_p, Vec x, Vec x_p, const LinearControls& controls,
+                               LinearStart start) {
+    if (!gradients_) return DisplacementSolver::solve(b, b_p, x, x_p, controls, start);
+    const LinearControls asked = set_tolerances(controls);
+    const bool goes_on = start == LinearStart::earlier_solves;
+    PetscReal size = 0;
+    LIVETET_PETSC(VecNorm(b, NORM_2, &size));
+    gradients_->begin(b, goes_on ? &earlier_ : nullptr);
+    stopping_->begin(asked, std::max(asked.relative_tolerance * size, user_residual_));
+    begin_solve(gradients_->has_start());
+    KSPConvergedReason reason = gradients_->run(x, *stopping_);
+    while (reason < 0 && change_preconditioner(reason)) {
+        stopping_->resume(gradients_->iterations());
+        reason = gradients_->run(x, *stopping_);
+    }
+    if (goes_on) {
+        if (!image_) LIVETET_PETSC(VecDuplicate(x, image_.out()));
+        gradients_->image(b, x, image_.get());
+    }
+    LinearReport report;
+    report.error = stopping_->end();
+    report.iterations = gradients_->iterations();
+    report.residual = gradients_->residual();
+    finish_report(reason, report);
+    return report;
 }
 
 void LiveSolver::add_levels(DistributedHierarchy& mesh, const ElasticModel& model) {
@@ -128,6 +168,13 @@ void LiveSolver::multiply(std::span<const double> x, std::span<double> y) {
     }
     fine_->multiply(x, y);
     if (takes_law() && dot_on_team(team_, x.data(), y.data(), x.size()) < 0) is_curved_down_ = true;
+}
+
+void LiveSolver::apply(std::span<float> x, std::span<float> y) {
+    if (assembled_ && !takes_law())
+        assembled_->multiply(x, y);
+    else
+        fine_->multiply(x, y);
 }
 
 void LiveSolver::multiply_mixed(MatrixFreeCoupling& coupling, std::span<const double> x,

@@ -2,6 +2,7 @@
 
 #include "solvers/assembly/matrix_free_coupling.hpp"
 #include "solvers/linear/coarse_constraints.hpp"
+#include "solvers/linear/conjugate_gradients.hpp"
 #include "solvers/linear/displacement_solver.hpp"
 #include "solvers/linear/grid_cycle.hpp"
 #include "solvers/linear/matrix_free_operator.hpp"
@@ -10,8 +11,9 @@
 
 namespace livetet {
 
-/// Conjugate gradients in double precision around a multigrid cycle in single precision, matrix and
-/// all, on a team of threads of one rank: what `track` solves with where it can.
+/// Conjugate gradients around a multigrid cycle in single precision, matrix and all, on a team of
+/// threads of one rank: what `track` solves with where it can. The iteration is our own
+/// (ConjugateGradients) unless PETSc's options say something of it (-ksp_...): then it is PETSc's.
 ///
 /// For tets of four nodes and Hooke's law, the finest operator is the multigrid's. For other laws
 /// it is the law's tangent, without a matrix, and the multigrid is that of Hooke's law turned by
@@ -21,12 +23,14 @@ namespace livetet {
 ///
 /// In the mixed form (role `preconditioner`) it is the cycle alone, and multiply_mixed the product
 /// of the whole operator; SaddlePointSolver has the rest.
-class LiveSolver : public DisplacementSolver {
+class LiveSolver : public DisplacementSolver, private SingleSystem {
   public:
     /// Throws Error where it cannot take the mesh or the model (see why_not_live).
     LiveSolver(DistributedHierarchy mesh, const ElasticModel& model, const SolverOptions& options,
                Role role, ThreadTeam& team);
 
+    LinearReport solve(Vec b, Vec b_p, Vec x, Vec x_p, const LinearControls& controls,
+                       LinearStart start) override;
     SolverKind kind() const override { return SolverKind::live; }
     std::string preconditioner_name() const override;
     void set_constrained(std::span<const std::uint8_t> components) override;
@@ -39,6 +43,10 @@ class LiveSolver : public DisplacementSolver {
     void multiply(std::span<const double> x, std::span<double> y);
     void cycle(std::span<const double> r, std::span<double> z) { cycle_->cycle(r, z); }
     void begin_solve(bool has_start) override { cycle_->begin_solve(has_start); }
+    void apply(std::span<float> x, std::span<float> y) override;
+    void precondition(std::span<const float> r, std::span<float> z) override {
+        cycle_->cycle(r, z);
+    }
     /// {y, g} = [K B^T; B 0] {x, q}, K with mass and springs; see MatrixFreeCoupling.
     void multiply_mixed(MatrixFreeCoupling& coupling, std::span<const double> x,
                         std::span<const double> q, std::span<double> y, std::span<double> g);
@@ -58,6 +66,8 @@ class LiveSolver : public DisplacementSolver {
     Mat matrix() const override { return shell_.get(); }
     void add_levels(DistributedHierarchy& mesh, const ElasticModel& model);
     void make_cycle(const MeshHierarchy& hierarchy, int smoothing_steps);
+    /// Whether PETSc's options leave the iteration and the preconditioner to this class.
+    bool iterates_itself() const;
 
     GridHierarchy grid_;  ///< empty unless the body is a grid
     std::optional<CoarseConstraints> constraints_;
@@ -66,8 +76,9 @@ class LiveSolver : public DisplacementSolver {
     /// The cycle where its finest level is the body's and has a matrix, that of Hooke's law.
     SinglePrecisionMultigrid* assembled_ = nullptr;
     PetscHandle<Mat> shell_;
-    std::vector<double> positive_;  ///< mixed form: Hooke's products
-    bool is_curved_down_ = false;   ///< a product of the law's tangent showed negative curvature
+    std::unique_ptr<ConjugateGradients> gradients_;  ///< null: PETSc iterates
+    std::vector<double> positive_;                   ///< mixed form: Hooke's products
+    bool is_curved_down_ = false;  ///< a product of the law's tangent showed negative curvature
 };
 
 }  // namespace livetet

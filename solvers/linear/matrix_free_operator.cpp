@@ -93,6 +93,11 @@ void MatrixFreeOperator::multiply(std::span<const double> x, std::span<double> y
     over_components([&](std::size_t i) { y[i] = free_[i] * (force_[i] + shift_[i] * x_[i]); });
 }
 
+void MatrixFreeOperator::multiply(std::span<float> x, std::span<float> y) {
+    add_products(tangent_, x);
+    over_components([&](std::size_t i) { y[i] = free_[i] * (force_[i] + shift_[i] * x[i]); });
+}
+
 double MatrixFreeOperator::bytes_of_multiply() const {
     const SinglePrecisionBatches& single = *level_.single();
     const auto batches = static_cast<double>(single.batch_count());

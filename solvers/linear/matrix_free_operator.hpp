@@ -38,6 +38,8 @@ class MatrixFreeOperator {
 
     /// y = A x; x and y zero at constrained components.
     void multiply(std::span<const double> x, std::span<double> y);
+    /// The same in single precision; x as in visit_positive.
+    void multiply(std::span<float> x, std::span<float> y);
 
     /// visit(i, (A x)_i) for the components of this rank's own nodes, by pieces of the team, with
     /// Hooke's K; x: three numbers a local node and one behind, zero at constrained components.

@@ -60,7 +60,8 @@ void QuadraticCycle::correct_by_linear_tets() {
     });
 }
 
-void QuadraticCycle::cycle(std::span<const double> r, std::span<double> z) {
+template <class Scalar>
+void QuadraticCycle::apply(std::span<const Scalar> r, std::span<Scalar> z) {
     std::vector<float>&b = smoother_.b(), &x = smoother_.x();
     fine_.over_components([&](std::size_t i) { b[i] = static_cast<float>(r[i]); });
     smoother_.smooth(true);
@@ -68,5 +69,8 @@ void QuadraticCycle::cycle(std::span<const double> r, std::span<double> z) {
     smoother_.smooth(false);
     fine_.over_components([&](std::size_t i) { z[i] = x[i]; });
 }
+
+template void QuadraticCycle::apply(std::span<const double>, std::span<double>);
+template void QuadraticCycle::apply(std::span<const float>, std::span<float>);
 
 }  // namespace livetet

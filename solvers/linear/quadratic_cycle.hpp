@@ -24,7 +24,8 @@ class QuadraticCycle final : public LiveCycle {
     /// `fine` was updated before. See SinglePrecisionMultigrid::update.
     RenewalExtent update(const ElementRotations& at, double s, double m,
                          RenewalExtent wanted) override;
-    void cycle(std::span<const double> r, std::span<double> z) override;
+    void cycle(std::span<const double> r, std::span<double> z) override { apply(r, z); }
+    void cycle(std::span<const float> r, std::span<float> z) override { apply(r, z); }
 
     double bytes_of_update() const override { return multigrid_->bytes_of_update(); }
     double bytes_of_cycle() const override {
@@ -32,6 +33,8 @@ class QuadraticCycle final : public LiveCycle {
     }
 
   private:
+    template <class Scalar>
+    void apply(std::span<const Scalar> r, std::span<Scalar> z);
     void correct_by_linear_tets();
 
     MatrixFreeOperator& fine_;

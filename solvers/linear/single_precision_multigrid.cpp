@@ -323,30 +323,40 @@ void SinglePrecisionMultigrid::descend(std::size_t l) {
     level.smooth(smoothing_steps_, false);
 }
 
-void SinglePrecisionMultigrid::multiply(std::span<const double> x, std::span<double> y) {
+template <class Scalar>
+void SinglePrecisionMultigrid::multiply_by(std::span<const Scalar> x, std::span<Scalar> y) {
     Level& fine = *levels_.front();
-    team_.run_pieces(x.size(), 3 * grain, [&](std::size_t begin, std::size_t end) {
+    const std::size_t size = 3 * fine.nodes();
+    team_.run_pieces(size, 3 * grain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
             fine.d[i] = static_cast<float>(x[i]) * fine.scale[i];
     });
     fine.over_rows([&](std::size_t begin, std::size_t end) {
         fine.A.multiply(begin, end, fine.d.data(), [&](std::size_t i, FourFloats Ax) {
-            for (int c = 0; c < 3; ++c) y[3 * i + c] = s_now_ * fine.scale[3 * i + c] * Ax[c];
+            for (int c = 0; c < 3; ++c)
+                y[3 * i + c] = static_cast<Scalar>(s_now_ * fine.scale[3 * i + c] * Ax[c]);
         });
     });
 }
 
-void SinglePrecisionMultigrid::cycle(std::span<const double> r, std::span<double> z) {
+template <class Scalar>
+void SinglePrecisionMultigrid::apply(std::span<const Scalar> r, std::span<Scalar> z) {
     Level& fine = *levels_.front();
-    team_.run_pieces(r.size(), 3 * grain, [&](std::size_t begin, std::size_t end) {
+    const std::size_t size = 3 * fine.nodes();
+    team_.run_pieces(size, 3 * grain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
             fine.b[i] = static_cast<float>(r[i] / s_now_) * fine.inverse_scale[i];
     });
     descend(0);
-    team_.run_pieces(z.size(), 3 * grain, [&](std::size_t begin, std::size_t end) {
+    team_.run_pieces(size, 3 * grain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) z[i] = fine.x[i] * fine.inverse_scale[i];
     });
 }
+
+template void SinglePrecisionMultigrid::multiply_by(std::span<const double>, std::span<double>);
+template void SinglePrecisionMultigrid::multiply_by(std::span<const float>, std::span<float>);
+template void SinglePrecisionMultigrid::apply(std::span<const double>, std::span<double>);
+template void SinglePrecisionMultigrid::apply(std::span<const float>, std::span<float>);
 
 double SinglePrecisionMultigrid::bytes_of_update() const {
     double bytes = 0;

@@ -43,14 +43,20 @@ class SinglePrecisionMultigrid final : public LiveCycle {
                          RenewalExtent wanted = RenewalExtent::whole) override;
 
     /// y = A x on the finest level, x and y zero at constrained components.
-    void multiply(std::span<const double> x, std::span<double> y);
-    void cycle(std::span<const double> r, std::span<double> z) override;
+    void multiply(std::span<const double> x, std::span<double> y) { multiply_by(x, y); }
+    void multiply(std::span<const float> x, std::span<float> y) { multiply_by(x, y); }
+    void cycle(std::span<const double> r, std::span<double> z) override { apply(r, z); }
+    void cycle(std::span<const float> r, std::span<float> z) override { apply(r, z); }
 
     double bytes_of_update() const override;
     double bytes_of_multiply() const;
     double bytes_of_cycle() const override;
 
   private:
+    template <class Scalar>
+    void apply(std::span<const Scalar> r, std::span<Scalar> z);
+    template <class Scalar>
+    void multiply_by(std::span<const Scalar> x, std::span<Scalar> y);
     struct Level;
     void restrict_displacements(const ElementRotations& finest);
     void find_bound(Level& level, std::span<const RotationBatch<float>> rotations);

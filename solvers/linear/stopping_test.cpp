@@ -42,10 +42,6 @@ void StoppingTest::resume(int iterations) {
 }
 
 KSPConvergedReason StoppingTest::reason(KSP ksp, int iteration, double residual) {
-    if (!std::isfinite(residual)) return KSP_DIVERGED_NANORINF;
-    if (iteration == 0) first_ = residual;
-    if (negative_ && iteration == 0) *negative_ = false;
-    if (is_curved_down()) return KSP_DIVERGED_INDEFINITE_MAT;
     if (!begun_ && !resumed_ && iteration == 0) {
         PetscReal relative = 0, absolute = 0;
         PetscInt iterations = 0;
@@ -54,8 +50,20 @@ KSPConvergedReason StoppingTest::reason(KSP ksp, int iteration, double residual)
                      .max_iterations = static_cast<int>(iterations)};
         allowed_ = std::max(relative * residual, absolute);
     }
+    const bool measures = begun_ && iteration > 0 && estimate_ == ErrorEstimate::from_steps;
+    return judge(iteration, residual, measures ? measure_step(ksp) : 0);
+}
+
+KSPConvergedReason StoppingTest::judge(int iteration, double residual, double step) {
+    if (!std::isfinite(residual)) return KSP_DIVERGED_NANORINF;
+    if (iteration == 0) first_ = residual;
+    if (negative_ && iteration == 0) *negative_ = false;
+    if (is_curved_down()) return KSP_DIVERGED_INDEFINITE_MAT;
     resumed_ = false;
-    if (begun_ && iteration > 0 && estimate_ == ErrorEstimate::from_steps) measure_step(ksp);
+    if (iteration > 0) {
+        steps_[0] = steps_[1];
+        steps_[1] = step;
+    }
     if (residual <= allowed_) {
         if (residual <= 0.01 * first_) watched_ = false;  // this preconditioner will do
         return KSP_CONVERGED_RTOL;
@@ -72,7 +80,7 @@ KSPConvergedReason StoppingTest::reason(KSP ksp, int iteration, double residual)
     return KSP_CONVERGED_ITERATING;
 }
 
-void StoppingTest::measure_step(KSP ksp) {
+double StoppingTest::measure_step(KSP ksp) {
     Vec now = nullptr;
     LIVETET_PETSC(KSPBuildSolution(ksp, nullptr, &now));
     if (!previous_) {
@@ -91,8 +99,7 @@ void StoppingTest::measure_step(KSP ksp) {
         }
         return of_piece;
     });
-    steps_[0] = steps_[1];
-    steps_[1] = std::sqrt(sum / (static_cast<double>(size) / 3));
+    return std::sqrt(sum / (static_cast<double>(size) / 3));
 }
 
 double StoppingTest::end() {

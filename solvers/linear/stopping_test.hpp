@@ -37,13 +37,17 @@ class StoppingTest {
     /// The next solve goes on with the one before, which took so many iterations: to the same
     /// residual.
     void resume(int iterations);
+    /// Whether to go on after an iteration (0: before the first) that left this residual, N, and
+    /// whose step had this length, m, RMS over the nodes; for a loop without a KSP.
+    KSPConvergedReason judge(int iteration, double residual, double step);
     /// After it: the error of x, m, RMS over the nodes: what further steps would add up to, each
     /// shorter than the one before by the same ratio, a running mean. 0 where it is not estimated.
     double end();
 
   private:
     KSPConvergedReason reason(KSP ksp, int iteration, double residual);
-    void measure_step(KSP ksp);
+    /// Length of the last step, m, RMS over the nodes.
+    double measure_step(KSP ksp);
 
     ThreadTeam& team_;
     ErrorEstimate estimate_;
