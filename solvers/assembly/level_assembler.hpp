@@ -157,9 +157,12 @@ class LevelAssembler {
     /// rotations, or the positive part of finite strain's tangent, so that damping never adds
     /// energy. Levels in double precision only (keeps_damping). Collective.
     void keep_damping(const Configuration& at);
-    bool keeps_damping() const { return matrix_ || copy_; }
+    bool keeps_damping() const { return matrix_ || copy_ || is_grid_without_matrix(); }
     /// f += factor K_d v, constrained components too. Ghosts of v are up to date.
     void add_damping_times(double factor, Vec v, Vec f) const;
+    /// The same on a grid without a matrix.
+    void add_grid_damping_times(double factor, std::span<const double> v,
+                                std::span<double> f) const;
 
     /// f = elastic force of `at`, in N, at all owned nodes, constrained ones too (where it is the
     /// reaction).
@@ -396,6 +399,11 @@ class LevelAssembler {
     template <class Visit>
     void visit_points(const Configuration& at, Visit&& visit) const;
 
+    /// Of hexahedra in double precision (GeometryOnly).
+    bool is_grid_without_matrix() const {
+        return !share_.hexahedra.empty() && !single_ && !matrix_;
+    }
+
     PartitionedMesh share_;
     std::vector<Moduli> moduli_;  ///< those that there are
     bool is_linear_ = true, rotates_ = false;
@@ -414,6 +422,7 @@ class LevelAssembler {
     std::unique_ptr<BlockMatrix> damping_;  ///< K_d, without constraints
     ElementRotations damping_rotations_;    ///< those of K_d, on a level without a matrix
     bool keeps_damping_rotations_ = false;
+    PetscHandle<Vec> damping_at_;     ///< the displacement of K_d, on a grid without a matrix
     PetscHandle<Vec> damping_force_;  ///< K_d v, N/s
     std::optional<PressureSpace> pressure_;
     bool has_mean_dilation_ = false;  ///< hexahedra

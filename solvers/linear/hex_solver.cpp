@@ -88,7 +88,8 @@ void HexSolver::multiply(std::span<const double> x, std::span<double> y) {
         multigrid_->multiply(x, y);
     } else {
         std::fill(y.begin(), y.end(), 0.0);
-        fine().add_hexahedra_times(terms_.whole_stiffness(), terms_.tangent, at_, x, y);
+        fine().add_hexahedra_times(terms_.stiffness, terms_.tangent, at_, x, y);
+        if (terms_.damping != 0) fine().add_grid_damping_times(terms_.damping, x, y);
         for (std::size_t n = 0; n < diagonal_.size(); ++n)
             for (int d = 0; d < 3; ++d) y[3 * n + d] += diagonal_[n] * x[3 * n + d];
     }
