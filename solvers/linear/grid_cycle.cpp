@@ -16,29 +16,77 @@ namespace {
 /// Minimum number of nodes for which a further thread is woken.
 constexpr std::size_t grain = 150;
 
-/// The corner functions that are not zero at each place of a cell.
-struct PlaceValues {
-    std::array<int, 8> corners{};
-    std::array<float, 8> values{};
-    int count = 0;
-};
-
-std::array<PlaceValues, places_in_parent> make_place_values() {
-    std::array<PlaceValues, places_in_parent> all;
-    for (int place = 0; place < places_in_parent; ++place)
-        for (int c = 0; c < 8; ++c)
-            if (const double value = corner_values_at_places()[place][c]; value != 0) {
-                PlaceValues& p = all[place];
-                p.corners[p.count] = c;
-                p.values[p.count++] = static_cast<float>(value);
+/// The interpolation from a grid to the next finer one. A node there is in the middle of one, two,
+/// four or eight nodes of this grid: of a corner, an edge, a face or a cell. Nodes are taken by
+/// blocks, and in a block by that number, so that loops have constant lengths.
+class MeansOfCorners {
+  public:
+    MeansOfCorners() = default;
+    MeansOfCorners(const HexLevel& finer, std::span<const Hexahedron> cells) {
+        const std::vector<std::int32_t> from = places_in_coarser(finer);
+        for (std::size_t first = 0; first < from.size(); first += block_length) {
+            Block block;
+            for (int k = 0; k < 4; ++k) {
+                block.nodes[k] = nodes_.size();
+                block.corners[k] = corners_.size();
+                for (std::size_t i = first; i < std::min(from.size(), first + block_length); ++i)
+                    add(i, from[i], cells, 1 << k);
             }
-    return all;
-}
+            block.nodes[4] = nodes_.size();
+            blocks_.push_back(block);
+        }
+    }
 
-const std::array<PlaceValues, places_in_parent>& place_values() {
-    static const auto values = make_place_values();
-    return values;
-}
+    std::size_t blocks() const { return blocks_.size(); }
+    /// visit(i, mean of x) for the finer grid's nodes of some blocks.
+    template <class Visit>
+    void visit(std::size_t begin, std::size_t end, const float* x, const Visit& visit) const {
+        for (const Block& block : std::span(blocks_).subspan(begin, end - begin)) {
+            visit_run<1>(block, 0, x, visit);
+            visit_run<2>(block, 1, x, visit);
+            visit_run<4>(block, 2, x, visit);
+            visit_run<8>(block, 3, x, visit);
+        }
+    }
+    /// visit(i, c, weight): c is one of the nodes whose weighted mean is at the finer grid's node i.
+    template <class Visit>
+    void visit_weights(const Visit& visit) const {
+        for (const Block& block : blocks_)
+            for (int k = 0; k < 4; ++k) {
+                std::size_t c = block.corners[k];
+                for (std::size_t n = block.nodes[k]; n < block.nodes[k + 1]; ++n)
+                    for (int corner = 0; corner < 1 << k; ++corner)
+                        visit(nodes_[n], corners_[c++], 1.0F / static_cast<float>(1 << k));
+            }
+    }
+
+  private:
+    static constexpr std::size_t block_length = 1024;
+    struct Block {
+        std::array<std::size_t, 5> nodes;    ///< where those of 1, 2, 4, 8 corners begin, and end
+        std::array<std::size_t, 4> corners;  ///< and their corners
+    };
+
+    void add(std::size_t node, std::int32_t from, std::span<const Hexahedron> cells, int count) {
+        const auto& values = corner_values_at_places()[from % places_in_parent];
+        if (std::ranges::count_if(values, [](double v) { return v != 0; }) != count) return;
+        nodes_.push_back(static_cast<std::int32_t>(node));
+        for (int c = 0; c < 8; ++c)
+            if (values[c] != 0) corners_.push_back(cells[from / places_in_parent][c]);
+    }
+    template <int count, class Visit>
+    void visit_run(const Block& block, int k, const float* x, const Visit& visit) const {
+        const std::int32_t* corner = corners_.data() + block.corners[k];
+        for (std::size_t n = block.nodes[k]; n < block.nodes[k + 1]; ++n, corner += count) {
+            FourFloats sum = load_node(x + std::ptrdiff_t{3} * corner[0]);
+            for (int c = 1; c < count; ++c) sum += load_node(x + std::ptrdiff_t{3} * corner[c]);
+            visit(static_cast<std::size_t>(nodes_[n]), 1.0F / count * sum);
+        }
+    }
+
+    std::vector<std::int32_t> nodes_, corners_;
+    std::vector<Block> blocks_;
+};
 
 /// Change of s or m beyond which the coarsest factor is made anew.
 bool has_changed(double now, double before) { return std::abs(now - before) > 0.05 * before; }
@@ -52,8 +100,7 @@ struct GridCycle::Level {
     ElementRotations rotations;
     std::vector<float> r;
     // Of a coarse level:
-    std::vector<std::int32_t> from;  ///< of each node of the next finer one: places_in_coarser
-    std::vector<Hexahedron> cells;
+    MeansOfCorners interpolation;  ///< to the next finer one
     std::unique_ptr<TransposedMap> restriction;
 
     Level(LevelAssembler& l, int smoothing_steps, ThreadTeam& team)
@@ -66,25 +113,9 @@ struct GridCycle::Level {
     std::size_t nodes() const { return A.components() / 3; }
 
     void connect(const HexLevel& finer, const HexLevel& own) {
-        from = places_in_coarser(finer);
-        cells = own.cells;
-        restriction = std::make_unique<TransposedMap>(nodes(), [&](const auto& visit) {
-            for (std::size_t i = 0; i < from.size(); ++i) {
-                const PlaceValues& p = place_values()[from[i] % places_in_parent];
-                for (int k = 0; k < p.count; ++k)
-                    visit(i, cells[from[i] / places_in_parent][p.corners[k]], p.values[k]);
-            }
-        });
-    }
-
-    /// The value of x at node i of the next finer level.
-    FourFloats interpolate(std::size_t i, const float* x) const {
-        const PlaceValues& p = place_values()[from[i] % places_in_parent];
-        const Hexahedron& cell = cells[from[i] / places_in_parent];
-        FourFloats sum{};
-        for (int k = 0; k < p.count; ++k)
-            sum += p.values[k] * load_node(x + std::ptrdiff_t{3} * cell[p.corners[k]]);
-        return sum;
+        interpolation = MeansOfCorners(finer, own.cells);
+        restriction = std::make_unique<TransposedMap>(
+            nodes(), [&](const auto& visit) { interpolation.visit_weights(visit); });
     }
 };
 
@@ -203,43 +234,28 @@ void GridCycle::factor_coarsest() {
     factor_.compute(matrix);
 }
 
-void GridCycle::restrict_residual(std::size_t l) {
-    Level &level = *levels_[l], &coarse = *levels_[l + 1];
+void GridCycle::restrict_residual(std::size_t l, const std::vector<float>& r) {
+    Level& coarse = *levels_[l + 1];
     const auto free = coarse.A.free();
     float* b = coarse.smoother.b().data();
     team_.run_pieces(coarse.nodes(), grain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t n = begin; n < end; ++n) {
-            const FourFloats sum = coarse.restriction->gather(n, level.r.data());
+            const FourFloats sum = coarse.restriction->gather(n, r.data());
             for (int c = 0; c < 3; ++c) b[3 * n + c] = free[3 * n + c] * sum[c];
         }
     });
 }
 
-void GridCycle::add_correction(std::size_t l) {
+void GridCycle::add_correction(std::size_t l, bool to_zero) {
     Level &level = *levels_[l], &coarse = *levels_[l + 1];
     const auto free = level.A.free();
     float* x = level.smoother.x().data();
     const float* from = coarse.smoother.x().data();
-    team_.run_pieces(level.nodes(), grain, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            const FourFloats value = coarse.interpolate(i, from);
-            for (int c = 0; c < 3; ++c) x[3 * i + c] += free[3 * i + c] * value[c];
-        }
-    });
-}
-
-void GridCycle::begin_descent(std::size_t l, bool smooths_before) {
-    Level& level = *levels_[l];
-    if (smooths_before) {
-        level.smoother.smooth(true);
-        level.smoother.residual(level.r);
-        return;
-    }
-    const std::vector<float>& b = level.smoother.b();
-    std::vector<float>& x = level.smoother.x();
-    level.A.over_components([&](std::size_t i) {
-        x[i] = 0;
-        level.r[i] = b[i];
+    team_.run_pieces(coarse.interpolation.blocks(), 1, [&](std::size_t begin, std::size_t end) {
+        coarse.interpolation.visit(begin, end, from, [&](std::size_t i, FourFloats value) {
+            for (int c = 0; c < 3; ++c)
+                x[3 * i + c] = (to_zero ? 0 : x[3 * i + c]) + free[3 * i + c] * value[c];
+        });
     });
 }
 
@@ -253,10 +269,13 @@ void GridCycle::descend(std::size_t l, bool smooths_before) {
         x.array() *= Eigen::Map<const Eigen::ArrayXf>(level.A.free().data(), n);
         return;
     }
-    begin_descent(l, smooths_before);
-    restrict_residual(l);
-    descend(l + 1);
-    add_correction(l);
+    if (smooths_before) {
+        level.smoother.smooth(true);
+        level.smoother.residual(level.r);
+    }
+    restrict_residual(l, smooths_before ? level.r : level.smoother.b());
+    descend(l + 1, true);
+    add_correction(l, !smooths_before);
     level.smoother.smooth(false);
 }
 

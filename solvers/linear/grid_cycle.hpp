@@ -53,10 +53,10 @@ class GridCycle final : public LiveCycle {
     /// The rotations of the finest level's cells, once those of all levels are found.
     const ElementRotations& find_rotations(const ElementRotations& finest);
     void factor_coarsest();
-    void begin_descent(std::size_t level, bool smooths_before);
-    void descend(std::size_t level, bool smooths_before = true);
-    void restrict_residual(std::size_t level);
-    void add_correction(std::size_t level);
+    void descend(std::size_t level, bool smooths_before);
+    void restrict_residual(std::size_t level, const std::vector<float>& r);
+    /// `to_zero`: x is zero, whatever it holds.
+    void add_correction(std::size_t level, bool to_zero);
 
     ThreadTeam& team_;
     int smoothing_steps_;

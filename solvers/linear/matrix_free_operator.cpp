@@ -40,7 +40,7 @@ MatrixFreeOperator::MatrixFreeOperator(LevelAssembler& level, ThreadTeam& team)
           [&](auto count) { return diagonal_stiffness<decltype(count)::value>(level); })),
       force_(3 * level.share().nodes.size() + 1, 0.0F),
       shift_(3 * stiffness_.size(), 0.0F),
-      diagonal_(shift_.size(), 1.0F),
+      inverse_diagonal_(shift_.size(), 0.0F),
       free_(shift_.size(), 1.0F) {
     const PartitionedMesh& share = level.share();
     if (share.ranks > 1)
@@ -67,11 +67,13 @@ void MatrixFreeOperator::update(const ElementRotations& at, double s, double m) 
     s_ = s;
     m_ = m;
     const auto mass = level_.node_mass(), springs = level_.springs();
+    has_shift_ = m != 0 || !springs.empty();
     over_components([&](std::size_t i) {
         const std::size_t n = i / 3;
         shift_[i] =
             static_cast<float>((m != 0 ? m * mass[n] : 0) + (springs.empty() ? 0 : springs[n]));
-        diagonal_[i] = free_[i] != 0 ? static_cast<float>(s) * stiffness_[n] + shift_[i] : 1.0F;
+        inverse_diagonal_[i] =
+            free_[i] != 0 ? 1 / (static_cast<float>(s) * stiffness_[n] + shift_[i]) : 0.0F;
     });
 }
 
@@ -95,7 +97,10 @@ void MatrixFreeOperator::multiply(std::span<const double> x, std::span<double> y
 
 void MatrixFreeOperator::multiply(std::span<float> x, std::span<float> y) {
     add_products(tangent_, x);
-    over_components([&](std::size_t i) { y[i] = free_[i] * (force_[i] + shift_[i] * x[i]); });
+    if (has_shift_)
+        over_components([&](std::size_t i) { y[i] = free_[i] * (force_[i] + shift_[i] * x[i]); });
+    else
+        over_components([&](std::size_t i) { y[i] = free_[i] * force_[i]; });
 }
 
 double MatrixFreeOperator::bytes_of_multiply() const {

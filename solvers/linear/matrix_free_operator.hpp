@@ -47,7 +47,10 @@ class MatrixFreeOperator {
     template <class Visit>
     void visit_positive(std::span<float> x, Visit&& visit) {
         add_products(Tangent::frozen_rotation, x);
-        over_components([&](std::size_t i) { visit(i, force_[i] + shift_[i] * x[i]); });
+        if (has_shift_)
+            over_components([&](std::size_t i) { visit(i, force_[i] + shift_[i] * x[i]); });
+        else
+            over_components([&](std::size_t i) { visit(i, force_[i]); });
     }
 
     /// The same of Hooke's stiffness alone, s K x, for any x.
@@ -69,9 +72,9 @@ class MatrixFreeOperator {
         });
     }
 
-    /// A third of the trace of the diagonal block of each component's node, whatever the rotations;
-    /// 1 where it is constrained.
-    std::span<const float> diagonal() const { return diagonal_; }
+    /// Three divided by the trace of the diagonal block of each component's node, whatever the
+    /// rotations; 0 where it is constrained.
+    std::span<const float> inverse_diagonal() const { return inverse_diagonal_; }
     /// 0 where a component is constrained, else 1.
     std::span<const float> free() const { return free_; }
     std::size_t components() const { return free_.size(); }  ///< of this rank's own nodes
@@ -100,7 +103,8 @@ class MatrixFreeOperator {
     std::vector<float> stiffness_;  ///< a third of the trace of K's diagonal block, N/m, a node
     std::vector<float> x_;          ///< of multiply, from its first call on
     std::vector<float> force_;
-    std::vector<float> shift_, diagonal_, free_;  ///< of each component
+    std::vector<float> shift_, inverse_diagonal_, free_;  ///< of each component
+    bool has_shift_ = false;                              ///< not all of shift_ is zero
 };
 
 }  // namespace livetet

@@ -41,19 +41,23 @@ double MatrixFreeSmoother::squared_norm(std::span<const float> x) const {
 }
 
 void MatrixFreeSmoother::smooth(bool from_zero) {
-    const auto free = A_.free(), diagonal = A_.diagonal();
+    const auto inverse = A_.inverse_diagonal();
     ChebyshevSteps chebyshev(bound_, lowest_);
     for (int step = 0; step < steps_; ++step) {
         const ChebyshevSteps::Factors f = chebyshev.next();
-        if (step == 0 && from_zero) {
-            A_.over_components(
-                [&](std::size_t i) { x_[i] = d_[i] = f.of_r * b_[i] / diagonal[i]; });
-        } else {
+        const bool is_last = step + 1 == steps_;  // nobody asks for d
+        if (step == 0 && from_zero)
+            A_.over_components([&](std::size_t i) { x_[i] = f.of_r * inverse[i] * b_[i]; });
+        else if (step == 0 && is_last)
+            A_.visit_positive(
+                x_, [&](std::size_t i, float Ax) { x_[i] += f.of_r * inverse[i] * (b_[i] - Ax); });
+        else
             A_.visit_positive(x_, [&](std::size_t i, float Ax) {
-                d_[i] = f.of_d * d_[i] + f.of_r * free[i] * (b_[i] - Ax) / diagonal[i];
+                d_[i] = f.of_d * d_[i] + f.of_r * inverse[i] * (b_[i] - Ax);
                 x_[i] += d_[i];
             });
-        }
+        if (step == 0 && from_zero && !is_last)
+            A_.over_components([&](std::size_t i) { d_[i] = x_[i]; });
     }
 }
 

@@ -84,7 +84,7 @@ StepReport FrameStepper::advance(FrameControls controls) {
         const bool searches = k > 0 || (!moves && leads_far() && !solver_.fine().is_linear());
         if (k == 0) {
             solver_.keep_solve(du_.get());
-            LIVETET_PETSC(VecAXPY(state_.u.get(), 1, prescribed_.increment()));
+            prescribed_.add_increment(state_.u.get());
         }
         if (searches) {
             imbalance = line_search(imbalance);

@@ -216,7 +216,7 @@ bool NewtonSolver::predict() {
     if (goes_on()) solver_.keep_solve(du_.get());
     LIVETET_PETSC(VecAXPY(state_.u.get(), 1, du_.get()));
     if (state_.p) LIVETET_PETSC(VecAXPY(state_.p.get(), 1, dp_.get()));
-    if (moves) LIVETET_PETSC(VecAXPY(state_.u.get(), 1, prescribed_.increment()));
+    if (moves) prescribed_.add_increment(state_.u.get());
     report_.finish_s += watch.lap();
     return !balance_.state_fault();
 }

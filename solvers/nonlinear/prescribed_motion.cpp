@@ -51,4 +51,11 @@ void PrescribedMotion::find_increment(Vec u) {
     increment_size_ = largest;
 }
 
+void PrescribedMotion::add_increment(Vec u) const {
+    const ReadArray from(increment_.get());
+    WriteArray to(u);
+    for (const std::int32_t i : nodes_)
+        for (int c = 0; c < 3; ++c) to[3 * i + c] += from[3 * i + c];
+}
+
 }  // namespace livetet

@@ -25,6 +25,8 @@ class PrescribedMotion {
     /// increment() = value - u at constrained components, zero elsewhere. Collective.
     void find_increment(Vec u);
     Vec increment() const { return increment_.get(); }
+    /// u += increment()
+    void add_increment(Vec u) const;
     /// Largest component of increment() in size, m: 0 where all are there already, infinity if a
     /// value is not finite. The same on all ranks.
     double increment_size() const { return increment_size_; }
