@@ -74,6 +74,37 @@ std::string name_of(const StabilityColumn& c) {
 
 std::string name_of(const StabilityCase& c) { return fmt::format("{} {}", c.group, c.value); }
 
+/// Of live frames and of their plain counterparts, beside what holds of steps too.
+std::string known_limit_of_frames(const StabilityCase& c, const StabilityColumn& column) {
+    const bool is_finite_strain = column.strain->kinematics() == Kinematics::finite_strain;
+    const bool is_newmark = column.scheme == TimeScheme::newmark;
+    const bool is_folding = c.motion == PatchMotion::turn || c.motion == PatchMotion::jump;
+    const bool is_mixed =
+        has_cell_pressures(column.way) || (!is_of_hexahedra(column.way) && c.poisson >= 0.49);
+    if (is_folding && has_cell_pressures(column.way) &&
+        column.strain->kinematics() == Kinematics::corotated)
+        return "cells fold without an inverted middle, and frames with pressures leave some in "
+               "another equilibrium, of a hundredth of the greatest energy";
+    if (is_mixed && is_newmark && c.poisson >= 0.499)
+        return "near nu = 0.5 one Newton iteration a frame leaves more than Newmark's steps, which "
+               "damp nothing that they do not resolve, forgive; with two (track.linearisations: "
+               "2), or generalized_alpha, these bodies come to rest";
+    if (has_cell_pressures(column.way) && is_newmark &&
+        (c.start != StartState::rest || (is_finite_strain && c.step_s <= 1e-5)))
+        return "damping by stiffness leaves out pressures in frames, and Newmark's steps damp no "
+               "swing of the volume that they do not resolve; generalized_alpha's do";
+    if (!has_cell_pressures(column.way) && is_of_hexahedra(column.way) && c.poisson >= 0.4999 &&
+        is_finite_strain && !column.strain->is_bounded())
+        return "displacements alone, which track takes by itself only below 0.49: where a model's "
+               "tangent is not bounded, its volumetric part, 5,000 times the other, leads frames "
+               "astray";
+    if (!column.strain->is_isotropic() && has_ten_nodes(column.way) &&
+        c.motion == PatchMotion::through)
+        return "fibres 2,000 times as stiff as what they lie in, whose tangent frames do not "
+               "bound: pressed through the far wall ten-node tets fold over for good";
+    return {};
+}
+
 /// Why a cell is known to fail; empty where it should not.
 std::string known_limit(const StabilityCase& c, const StabilityColumn& column) {
     const bool tracked = makes_frames(column.way), moves = c.start != StartState::rest;
@@ -98,10 +129,12 @@ std::string known_limit(const StabilityCase& c, const StabilityColumn& column) {
         column.scheme != TimeScheme::static_equilibrium)
         return "fibres 2,000 times as stiff as what they lie in, in steps of a grid's motion: 50 "
                "Newton iterations are not always enough, for a reason that is not known";
-    if (!column.strain->is_isotropic() && c.young_Pa <= 1 && column.scheme == TimeScheme::newmark)
-        return "fibres 2,000 times as stiff as what they lie in snap tight and slack, and "
-               "Newmark's "
-               "steps damp nothing that they do not resolve";
+    if (!column.strain->is_isotropic() && c.young_Pa <= 1 &&
+        (column.scheme == TimeScheme::newmark ||
+         (tracked && column.scheme == TimeScheme::generalized_alpha)))
+        return "fibres 2,000 times as stiff as what they lie in snap tight and slack: Newmark's "
+               "steps damp nothing that they do not resolve, and one Newton iteration a frame of "
+               "generalized_alpha leaves too much";
     if ((c.motion == PatchMotion::jump || c.motion == PatchMotion::through) && !tracked &&
         column.strain->kinematics() == Kinematics::corotated)
         return "a patch that jumps by the body's length or presses through its far wall inverts "
@@ -116,16 +149,7 @@ std::string known_limit(const StabilityCase& c, const StabilityColumn& column) {
         return "turned by up to 28 degrees a step, or moved by the body's length, tets fold over, "
                "which one Newton iteration a frame does not always undo, "
                "and a static solve may keep in another equilibrium";
-    if (column.way == SteppedAs::track_hexahedra_mixed &&
-        column.strain->kinematics() == Kinematics::corotated &&
-        (c.motion == PatchMotion::turn || c.motion == PatchMotion::jump))
-        return "cells fold without an inverted middle, and frames with pressures leave some in "
-               "another equilibrium, of a hundredth of the greatest energy";
-    if (column.way == SteppedAs::track_hexahedra_mixed && column.scheme == TimeScheme::newmark &&
-        column.strain->kinematics() == Kinematics::finite_strain && c.step_s <= 1e-5)
-        return "what a press within 20 steps of 10 us sets swinging dies out more slowly in frames "
-               "with pressures, for a reason that is not known";
-    return {};
+    return tracked ? known_limit_of_frames(c, column) : std::string();
 }
 
 struct Row {

@@ -214,7 +214,7 @@ int run_track(const TrackArguments& arguments, const std::vector<std::string>& p
         return load_mesh(scene, progress.callback());
     }();
     if (const auto note = locking_note(scene)) log_warning(*note);
-    if (const auto note = tearing_note(scene, hierarchy.levels.front())) log_warning(*note);
+    if (const auto note = swinging_note(scene, hierarchy.levels.front())) log_warning(*note);
     TrackedModel model = make_tracked_model(scene, std::move(hierarchy));
     const SceneBody& body = model.body;
     TrackFiles files(inputs, body);

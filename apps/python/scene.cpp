@@ -59,7 +59,7 @@ std::vector<std::string> check(const PyScene& self) {
             check_no_free_motion(self.scene, hierarchy.levels.front(), constraints);
         std::vector<std::string> notes;
         const TetMesh& mesh = hierarchy.levels.front();
-        for (const auto& note : {locking_note(self.scene), tearing_note(self.scene, mesh)})
+        for (const auto& note : {locking_note(self.scene), swinging_note(self.scene, mesh)})
             if (note) notes.push_back(*note);
         return notes;
     });

@@ -62,7 +62,7 @@ void add_scene(Report& report, const RunResult& result) {
     const Scene scene = read_yaml<Scene>(result.scene_text, result.source);
     report.notes = beyond_model(scene, result.mesh, result.displacement(report.deepest_frame));
     if (auto note = locking_note(scene)) report.notes.push_back(std::move(*note));
-    if (auto note = tearing_note(scene, result.mesh)) report.notes.push_back(std::move(*note));
+    if (auto note = swinging_note(scene, result.mesh)) report.notes.push_back(std::move(*note));
     if (scene.track)
         for (const SensorOptions& s : scene.track->sensors)
             report.sensors.push_back(

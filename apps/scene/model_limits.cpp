@@ -167,16 +167,25 @@ std::optional<std::string> locking_note(const Scene& scene) {
         stiffest - scene.materials.begin(), stiffest->poisson);
 }
 
-std::optional<std::string> tearing_note(const Scene& scene, const TetMesh& mesh) {
+std::optional<std::string> swinging_note(const Scene& scene, const TetMesh& mesh) {
     const auto stiffest = std::ranges::max_element(scene.materials, {}, &Material::poisson);
-    if (!scene.track || mesh.hexahedra.empty() || scene.time.scheme != TimeScheme::newmark ||
-        stiffest->poisson < 0.499)
+    if (!scene.track || scene.time.scheme != TimeScheme::newmark || stiffest->poisson < 0.499)
+        return {};
+    const auto number = stiffest - scene.materials.begin();
+    if (!mesh.hexahedra.empty())
+        return fmt::format(
+            "materials[{}].poisson = {:g} with time.scheme: newmark on hexahedra: Newmark's steps "
+            "do not damp what swings fast, and deep presses may tear the mesh. Expected a scheme "
+            "that does, generalized_alpha or euler, or below 0.499.",
+            number, stiffest->poisson);
+    if (scene.track->newton_iterations > 1 ||
+        resolved_formulation(elastic_model(scene)) == Formulation::displacement)
         return {};
     return fmt::format(
-        "materials[{}].poisson = {:g} with time.scheme: newmark on hexahedra: Newmark's steps do "
-        "not damp what swings fast, and deep presses may tear the mesh. Expected a scheme that "
-        "does, generalized_alpha or euler, or below 0.499.",
-        stiffest - scene.materials.begin(), stiffest->poisson);
+        "materials[{}].poisson = {:g} with time.scheme: newmark: Newmark's steps do not damp what "
+        "swings fast, and what one Newton iteration a frame leaves may grow. Expected "
+        "track.linearisations: 2, a scheme that damps, generalized_alpha or euler, or below 0.499.",
+        number, stiffest->poisson);
 }
 
 }  // namespace livetet

@@ -36,8 +36,8 @@ std::vector<std::string> beyond_model(const Scene& scene, const TetMesh& mesh,
 /// alone. None if they do not.
 std::optional<std::string> locking_note(const Scene& scene);
 
-/// A sentence on tracked grids that deep presses may tear: of nearly incompressible hexahedra in
-/// Newmark's steps. None for other scenes.
-std::optional<std::string> tearing_note(const Scene& scene, const TetMesh& mesh);
+/// A sentence on tracked bodies, nearly incompressible, in Newmark's steps: swings may grow, and
+/// deep presses may tear hexahedra. None for other scenes.
+std::optional<std::string> swinging_note(const Scene& scene, const TetMesh& mesh);
 
 }  // namespace livetet

@@ -62,11 +62,11 @@ class EarlierSolves {
     void make_room(Vec like);
     /// c; nothing where there is none.
     std::optional<Numbers> combination(Vec b) const;
-    /// x = sum_i c_i x_i, one number more or less precise.
+    /// x = sum_i c_i x_i
     template <class Scalar>
     void combine(const Numbers& c, std::span<Scalar> x) const;
-    /// a, of t . b and t . A x for x with the shares c, t = x or A x; 0 where it is of no use. Notes
-    /// how much A has changed.
+    /// a, from t . b and t . A x of the x with the shares c, t = x or A x; 0 where it is of no use.
+    /// Notes how much A has changed.
     double length(const Numbers& c, double along_b, double along_image);
     std::span<const std::vector<float>> tests() const {
         const auto& t = nearness_ == Nearness::energy ? solutions_ : images_;

@@ -48,7 +48,7 @@ class MeansOfCorners {
             visit_run<8>(block, 3, x, visit);
         }
     }
-    /// visit(i, c, weight): c is one of the nodes whose weighted mean is at the finer grid's node i.
+    /// visit(i, c, weight): node c is one of those whose weighted mean is at the finer node i.
     template <class Visit>
     void visit_weights(const Visit& visit) const {
         for (const Block& block : blocks_)
