@@ -17,12 +17,14 @@ FrameBytes bytes_of_frame(const DeformableBody& body, std::size_t tets, std::siz
     const double batches = static_cast<double>(tets) / batch_width<float>;
     const double vector = 24.0 * static_cast<double>(nodes);
     const double of_state = scheme == TimeScheme::static_equilibrium ? 6 : 23;  // read or written
-    const double of_start = 22;  // six solutions in float three times, and what is made of them
+    const double of_start = 21;     // six solutions in float three times, and what is made of them
+    const double of_iteration = 7;  // all but x in float
     const LinearSolver& op = body.linear_solver();
-    return {.forces = batches * (2 * sizeof(TetBatch<float>) + 2 * sizeof(RotationBatch<float>)) +
-                      of_state * vector,
-            .operators = op.bytes_of_update(),
-            .solve = op.bytes_of_solve(iterations) + (of_start + 9 * iterations) * vector};
+    return {
+        .forces = batches * (2 * sizeof(TetBatch<float>) + 2 * sizeof(RotationBatch<float>)) +
+                  of_state * vector,
+        .operators = op.bytes_of_update(),
+        .solve = op.bytes_of_solve(iterations) + (of_start + of_iteration * iterations) * vector};
 }
 
 Gap gap_between(const std::vector<Vector3>& a, const std::vector<Vector3>& b) {

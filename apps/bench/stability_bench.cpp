@@ -74,8 +74,10 @@ std::string name_of(const StabilityColumn& c) {
 
 std::string name_of(const StabilityCase& c) { return fmt::format("{} {}", c.group, c.value); }
 
-/// Of live frames and of their plain counterparts, beside what holds of steps too.
-std::string known_limit_of_frames(const StabilityCase& c, const StabilityColumn& column) {
+/// Those of known_limit() that hold only of frames (of `track` and of their plain counterparts).
+std::string known_limit_of_frames(const StabilityCase& c, const StabilityColumn& column,
+                                  const StabilityCell& cell) {
+    const bool swings = cell.reason.starts_with("rest:") || cell.reason.starts_with("energy:");
     const bool is_finite_strain = column.strain->kinematics() == Kinematics::finite_strain;
     const bool is_newmark = column.scheme == TimeScheme::newmark;
     const bool is_folding = c.motion == PatchMotion::turn || c.motion == PatchMotion::jump;
@@ -85,14 +87,14 @@ std::string known_limit_of_frames(const StabilityCase& c, const StabilityColumn&
         column.strain->kinematics() == Kinematics::corotated)
         return "cells fold without an inverted middle, and frames with pressures leave some in "
                "another equilibrium, of a hundredth of the greatest energy";
-    if (is_mixed && is_newmark && c.poisson >= 0.499)
-        return "near nu = 0.5 one Newton iteration a frame leaves more than Newmark's steps, which "
-               "damp nothing that they do not resolve, forgive; with two (track.linearisations: "
-               "2), or generalized_alpha, these bodies come to rest";
-    if (has_cell_pressures(column.way) && is_newmark &&
+    if (swings && is_mixed && is_newmark && c.poisson >= 0.499)
+        return "near nu = 0.5 one Newton iteration a frame leaves an error that Newmark's scheme, "
+               "which has no numerical damping, does not remove; two (track.linearisations: 2), or "
+               "generalized_alpha, bring these bodies to rest";
+    if (swings && has_cell_pressures(column.way) && is_newmark &&
         (c.start != StartState::rest || (is_finite_strain && c.step_s <= 1e-5)))
-        return "damping by stiffness leaves out pressures in frames, and Newmark's steps damp no "
-               "swing of the volume that they do not resolve; generalized_alpha's do";
+        return "with pressures, frames damp by shear alone, and Newmark's scheme does not damp "
+               "swings of the volume that are faster than its steps; generalized_alpha does";
     if (!has_cell_pressures(column.way) && is_of_hexahedra(column.way) && c.poisson >= 0.4999 &&
         is_finite_strain && !column.strain->is_bounded())
         return "displacements alone, which track takes by itself only below 0.49: where a model's "
@@ -106,7 +108,8 @@ std::string known_limit_of_frames(const StabilityCase& c, const StabilityColumn&
 }
 
 /// Why a cell is known to fail; empty where it should not.
-std::string known_limit(const StabilityCase& c, const StabilityColumn& column) {
+std::string known_limit(const StabilityCase& c, const StabilityColumn& column,
+                        const StabilityCell& cell) {
     const bool tracked = makes_frames(column.way), moves = c.start != StartState::rest;
     const bool squeezed = c.motion == PatchMotion::jump || c.motion == PatchMotion::turn ||
                           c.motion == PatchMotion::through;
@@ -125,10 +128,6 @@ std::string known_limit(const StabilityCase& c, const StabilityColumn& column) {
         return "a start flat, inverted or at random: 50 Newton iterations a step, or one a "
                "frame, do not always find the way home in the time of "
                "the trial; Euler's long steps do (bench verification, recovery)";
-    if (!column.strain->is_isotropic() && is_of_hexahedra(column.way) &&
-        column.scheme != TimeScheme::static_equilibrium)
-        return "fibres 2,000 times as stiff as what they lie in, in steps of a grid's motion: 50 "
-               "Newton iterations are not always enough, for a reason that is not known";
     if (!column.strain->is_isotropic() && c.young_Pa <= 1 &&
         (column.scheme == TimeScheme::newmark ||
          (tracked && column.scheme == TimeScheme::generalized_alpha)))
@@ -149,7 +148,7 @@ std::string known_limit(const StabilityCase& c, const StabilityColumn& column) {
         return "turned by up to 28 degrees a step, or moved by the body's length, tets fold over, "
                "which one Newton iteration a frame does not always undo, "
                "and a static solve may keep in another equilibrium";
-    return tracked ? known_limit_of_frames(c, column) : std::string();
+    return tracked ? known_limit_of_frames(c, column, cell) : std::string();
 }
 
 struct Row {
@@ -162,7 +161,7 @@ char letter(const Row& row, std::size_t k, const std::vector<StabilityColumn>& a
     if (cell.verdict == Verdict::pass) return '.';
     if (cell.verdict == Verdict::refused) return 'r';
     if (cell.verdict == Verdict::left_out) return '-';
-    return known_limit(row.trial, all[k]).empty() ? 'F' : 'x';
+    return known_limit(row.trial, all[k], row.cells[k]).empty() ? 'F' : 'x';
 }
 
 void print(const std::vector<Row>& rows, const std::vector<StabilityColumn>& all) {
@@ -205,7 +204,7 @@ void print(const std::vector<Row>& rows, const std::vector<StabilityColumn>& all
             if (cell.verdict == Verdict::pass || cell.verdict == Verdict::left_out) continue;
             const std::string known = cell.verdict == Verdict::refused
                                           ? "refused: " + cell.reason
-                                          : known_limit(row.trial, all[k]);
+                                          : known_limit(row.trial, all[k], row.cells[k]);
             const std::string text =
                 fmt::format("{}; {}{}", name_of(row.trial), name_of(all[k]),
                             cell.verdict == Verdict::refused ? "" : ": " + cell.reason);
@@ -261,8 +260,8 @@ std::string csv_text(const std::vector<Row>& rows, const std::vector<StabilityCo
                 row.trial.group, row.trial.value, way_names[static_cast<int>(all[k].way)],
                 all[k].strain.name(), scheme_names[static_cast<int>(all[k].scheme)],
                 verdict_names[static_cast<int>(c.verdict)], c.reason,
-                c.verdict == Verdict::fail ? known_limit(row.trial, all[k]) : "", c.steps,
-                c.newton_iterations, c.energy_growth, c.left, c.late, c.seconds, c.solver);
+                c.verdict == Verdict::fail ? known_limit(row.trial, all[k], row.cells[k]) : "",
+                c.steps, c.newton_iterations, c.energy_growth, c.left, c.late, c.seconds, c.solver);
         }
     return text;
 }
@@ -280,7 +279,8 @@ json json_of(const std::vector<Row>& rows, const std::vector<StabilityColumn>& a
                  {"scheme", scheme_names[static_cast<int>(all[k].scheme)]},
                  {"verdict", verdict_names[static_cast<int>(c.verdict)]},
                  {"reason", c.reason},
-                 {"known_limit", c.verdict == Verdict::fail ? known_limit(row.trial, all[k]) : ""},
+                 {"known_limit",
+                  c.verdict == Verdict::fail ? known_limit(row.trial, all[k], row.cells[k]) : ""},
                  {"steps", c.steps},
                  {"linearisations", c.newton_iterations},
                  {"energy_growth", c.energy_growth},

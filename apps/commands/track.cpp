@@ -273,6 +273,7 @@ namespace {
 
 int replay(const TrackArguments& arguments, const std::vector<std::string>& petsc) {
     PetscSession session("livetet", petsc);
+    session.add_options(petsc_options_of_run(arguments.replay));
     const ReplayReport report = [&] {
         ProgressLine progress("replay");
         return replay_run(arguments.replay, progress.callback());

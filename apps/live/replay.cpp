@@ -79,6 +79,11 @@ Origin read_origin(const ResultReader& reader, const std::string& source) {
 
 }  // namespace
 
+std::string petsc_options_of_run(const std::filesystem::path& path) {
+    const ResultReader reader(path);
+    return read_yaml<Scene>(reader.scene_text(), path.string()).solver.petsc_options;
+}
+
 ReplayReport replay_run(const std::filesystem::path& path, const ProgressCallback& progress,
                         int threads) {
     const std::string source = path.string();

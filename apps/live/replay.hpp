@@ -24,6 +24,9 @@ struct [[nodiscard]] ReplayReport {
     double largest_gap = 0;  ///< largest distance of a node from its recorded position, m
 };
 
+/// `solver.petsc_options` of a recorded run's scene, which a replay needs, too.
+std::string petsc_options_of_run(const std::filesystem::path& result);
+
 /// Computes a recorded run again from the received samples, with the same solver iterations in each
 /// frame, and compares each frame bit by bit. `threads`: 0 for as many as the run had. Needs a
 /// PetscSession. Throws Error if the result holds no such run, or the mesh of the scene has

@@ -292,11 +292,7 @@ void LevelAssembler::keep_damping(const Configuration& at) {
         damping_rotations_ = *at.rotations;
         keeps_damping_rotations_ = true;
     }
-    if (is_grid_without_matrix()) {
-        if (!damping_at_) damping_at_ = make_vector();
-        LIVETET_PETSC(VecCopy(at.u, damping_at_.get()));
-        if (at.rotations) damping_rotations_ = *at.rotations;
-    }
+    if (is_grid_without_matrix()) keep_grid_damping(at);
     if (!matrix_) return;
     if (!damping_) {
         damping_ = std::make_unique<BlockMatrix>(share_, matrix_->layout());
@@ -309,16 +305,10 @@ void LevelAssembler::keep_damping(const Configuration& at) {
 
 void LevelAssembler::add_damping_times(double factor, Vec v, Vec f) const {
     if (copy_) return add_stiffness_times(factor, {.rotations = &damping_rotations_}, v, f);
-    if (damping_at_)
+    if (is_grid_without_matrix())
         return add_grid_damping_times(factor, ReadArray(v).span(), WriteArray(f).span());
     LIVETET_PETSC(MatMult(damping_->get(), v, damping_force_.get()));
     LIVETET_PETSC(VecAXPY(f, factor, damping_force_.get()));
-}
-
-void LevelAssembler::add_grid_damping_times(double factor, std::span<const double> v,
-                                            std::span<double> f) const {
-    add_hexahedra_times(factor, Tangent::positive,
-                        {.u = damping_at_.get(), .rotations = &damping_rotations_}, v, f);
 }
 
 void LevelAssembler::assemble(const Configuration& at, const OperatorTerms& terms) {

@@ -160,7 +160,7 @@ class LevelAssembler {
     bool keeps_damping() const { return matrix_ || copy_ || is_grid_without_matrix(); }
     /// f += factor K_d v, constrained components too. Ghosts of v are up to date.
     void add_damping_times(double factor, Vec v, Vec f) const;
-    /// The same on a grid without a matrix.
+    /// The same on a grid without a matrix, after keep_damping.
     void add_grid_damping_times(double factor, std::span<const double> v,
                                 std::span<double> f) const;
 
@@ -399,10 +399,11 @@ class LevelAssembler {
     template <class Visit>
     void visit_points(const Configuration& at, Visit&& visit) const;
 
-    /// Of hexahedra in double precision (GeometryOnly).
+    /// Whether the level is one of hexahedra in double precision, which keep no matrix.
     bool is_grid_without_matrix() const {
         return !share_.hexahedra.empty() && !single_ && !matrix_;
     }
+    void keep_grid_damping(const Configuration& at);
 
     PartitionedMesh share_;
     std::vector<Moduli> moduli_;  ///< those that there are
@@ -422,7 +423,8 @@ class LevelAssembler {
     std::unique_ptr<BlockMatrix> damping_;  ///< K_d, without constraints
     ElementRotations damping_rotations_;    ///< those of K_d, on a level without a matrix
     bool keeps_damping_rotations_ = false;
-    PetscHandle<Vec> damping_at_;     ///< the displacement of K_d, on a grid without a matrix
+    /// Shares of the cells in K_d, on a grid without a matrix.
+    std::vector<Eigen::Matrix<float, 24, 24>> damping_of_cells_;
     PetscHandle<Vec> damping_force_;  ///< K_d v, N/s
     std::optional<PressureSpace> pressure_;
     bool has_mean_dilation_ = false;  ///< hexahedra

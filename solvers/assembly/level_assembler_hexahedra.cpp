@@ -66,6 +66,51 @@ void LevelAssembler::add_hexahedra_times(double factor, Tangent tangent, const C
     }
 }
 
+// Matrices, since the positive part of a tangent takes far longer than a product, of which a step
+// makes many.
+void LevelAssembler::keep_grid_damping(const Configuration& at) {
+    damping_of_cells_.resize(share_.hexahedra.size());
+    ElementMatrix<8> K;
+    Nodal<8> dilation;  // mean derivative of the volume strain
+    visit_points(
+        at, [&]<int nodes>(const ConstitutiveModel& model, std::size_t e, const TetElement& element,
+                           int number, const ElementPoint<nodes>& point, const Eigen::Matrix3d& H,
+                           const Eigen::Matrix3d& R, double p) {
+            if constexpr (nodes == 8) {
+                if (number == 0) {
+                    K.setZero();
+                    dilation.setZero();
+                }
+                add_stiffness_of_point(model, Tangent::frozen_rotation, point.weight, element.mu,
+                                       has_mean_dilation_ ? 0 : element.lambda, p, H, R,
+                                       point.gradients, K);
+                dilation += model.volume_strain_gradient(H, R) * point.gradients / Hex::points;
+                if (number + 1 < Hex::points) return;
+                const Eigen::Map<const Eigen::Vector<double, 24>> d(dilation.data());
+                if (has_mean_dilation_) K += element.lambda * element.volume * d * d.transpose();
+                damping_of_cells_[e] = K.cast<float>();
+            }
+        });
+}
+
+// The matrices are rounded to single precision, the product is not: a force that is linear in the
+// velocity to the last digit lets Newton's method converge. Rounded rows do not add up to zero;
+// less their means, velocities of translations make no force, and forces of a cell add up to zero.
+void LevelAssembler::add_grid_damping_times(double factor, std::span<const double> v,
+                                            std::span<double> f) const {
+    using Vector24 = Eigen::Vector<double, 24>;
+    for (std::size_t e = 0; e < share_.hexahedra.size(); ++e) {
+        Nodal<8> values = values_at<8>(e, v.data()), forces;
+        values.colwise() -= Eigen::Vector3d(values.rowwise().mean());
+        Eigen::Map<Vector24>(forces.data()).noalias() =
+            damping_of_cells_[e].cast<double>() * Eigen::Map<const Vector24>(values.data());
+        forces.colwise() -= Eigen::Vector3d(forces.rowwise().mean());
+        for (int c = 0; c < 8; ++c)
+            Eigen::Map<Eigen::Vector3d>(f.data() + 3 * share_.hexahedra[e][c]) +=
+                factor * forces.col(c);
+    }
+}
+
 std::vector<Eigen::Matrix3d> LevelAssembler::cell_rotations(Vec u) const {
     const LocalValues values(u);
     std::vector<Eigen::Matrix3d> rotations;

@@ -61,7 +61,7 @@ class MeansOfCorners {
     }
 
   private:
-    static constexpr std::size_t block_length = 1024;
+    static constexpr std::size_t block_length = 256;
     struct Block {
         std::array<std::size_t, 5> nodes;    ///< where those of 1, 2, 4, 8 corners begin, and end
         std::array<std::size_t, 4> corners;  ///< and their corners
@@ -246,7 +246,7 @@ void GridCycle::restrict_residual(std::size_t l, const std::vector<float>& r) {
     });
 }
 
-void GridCycle::add_correction(std::size_t l, bool to_zero) {
+void GridCycle::add_correction(std::size_t l, To to) {
     Level &level = *levels_[l], &coarse = *levels_[l + 1];
     const auto free = level.A.free();
     float* x = level.smoother.x().data();
@@ -254,7 +254,7 @@ void GridCycle::add_correction(std::size_t l, bool to_zero) {
     team_.run_pieces(coarse.interpolation.blocks(), 1, [&](std::size_t begin, std::size_t end) {
         coarse.interpolation.visit(begin, end, from, [&](std::size_t i, FourFloats value) {
             for (int c = 0; c < 3; ++c)
-                x[3 * i + c] = (to_zero ? 0 : x[3 * i + c]) + free[3 * i + c] * value[c];
+                x[3 * i + c] = (to == To::zero ? 0 : x[3 * i + c]) + free[3 * i + c] * value[c];
         });
     });
 }
@@ -275,7 +275,7 @@ void GridCycle::descend(std::size_t l, bool smooths_before) {
     }
     restrict_residual(l, smooths_before ? level.r : level.smoother.b());
     descend(l + 1, true);
-    add_correction(l, !smooths_before);
+    add_correction(l, smooths_before ? To::x : To::zero);
     level.smoother.smooth(false);
 }
 

@@ -55,8 +55,8 @@ class GridCycle final : public LiveCycle {
     void factor_coarsest();
     void descend(std::size_t level, bool smooths_before);
     void restrict_residual(std::size_t level, const std::vector<float>& r);
-    /// `to_zero`: x is zero, whatever it holds.
-    void add_correction(std::size_t level, bool to_zero);
+    enum class To { x, zero };  ///< what a correction is added to
+    void add_correction(std::size_t level, To to);
 
     ThreadTeam& team_;
     int smoothing_steps_;

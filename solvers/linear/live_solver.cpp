@@ -1,5 +1,8 @@
 #include "solvers/linear/live_solver.hpp"
 
+#include <algorithm>
+#include <sstream>
+
 #include "base/piece_sums.hpp"
 #include "base/sliced_task.hpp"
 #include "solvers/linear/live_support.hpp"
@@ -47,6 +50,9 @@ LiveSolver::LiveSolver(DistributedHierarchy mesh, const ElasticModel& model,
     make_krylov(mesh.comm, ErrorEstimate::from_steps);
     if (role == Role::preconditioner) return;
     watch_curvature(&is_curved_down_);
+    PetscBool is_viewed = PETSC_FALSE;
+    LIVETET_PETSC(PetscOptionsHasName(nullptr, nullptr, "-ksp_view", &is_viewed));
+    is_viewed_ = is_viewed;
     SingleSystem& system = *this;  // its base is private
     if (iterates_itself())
         gradients_ = std::make_unique<ConjugateGradients>(
@@ -54,11 +60,18 @@ LiveSolver::LiveSolver(DistributedHierarchy mesh, const ElasticModel& model,
 }
 
 bool LiveSolver::iterates_itself() const {
-    char* options = nullptr;
-    LIVETET_PETSC(PetscOptionsGetAll(nullptr, &options));
-    const bool has_options = std::string_view(options).find("-ksp_") != std::string_view::npos;
-    LIVETET_PETSC(PetscFree(options));
-    return !has_options && preconditions_by(PCSHELL);
+    char* all = nullptr;
+    LIVETET_PETSC(PetscOptionsGetAll(nullptr, &all));
+    std::istringstream options(all);
+    LIVETET_PETSC(PetscFree(all));
+    constexpr std::string_view heeded[] = {"-ksp_rtol", "-ksp_atol", "-ksp_max_it", "-ksp_monitor",
+                                           "-ksp_view"};
+    for (std::string option; options >> option;)
+        if (option.starts_with("-ksp_") && std::ranges::none_of(heeded, [&](std::string_view name) {
+                return option.starts_with(name);
+            }))
+            return false;
+    return preconditions_by(PCSHELL);
 }
 
 LinearReport LiveSolver::solve(Vec b, Vec b_p, Vec x, Vec x_p, const LinearControls& controls,
@@ -71,15 +84,17 @@ LinearReport LiveSolver::solve(Vec b, Vec b_p, Vec x, Vec x_p, const LinearContr
     gradients_->begin(b, goes_on ? &earlier_ : nullptr);
     stopping_->begin(asked, std::max(asked.relative_tolerance * size, user_residual_));
     begin_solve(gradients_->has_start());
-    KSPConvergedReason reason = gradients_->run(x, *stopping_);
-    while (reason < 0 && change_preconditioner(reason)) {
+    KSPConvergedReason reason = gradients_->run(x, *stopping_, krylov_.get());
+    if (reason < 0 && change_preconditioner(reason)) {
         stopping_->resume(gradients_->iterations());
-        reason = gradients_->run(x, *stopping_);
+        gradients_->renew_residual(b, x);
+        reason = gradients_->run(x, *stopping_, krylov_.get());
     }
     if (goes_on) {
         if (!image_) LIVETET_PETSC(VecDuplicate(x, image_.out()));
-        gradients_->image(b, x, image_.get());
+        gradients_->image(b, image_.get());
     }
+    if (is_viewed_) LIVETET_PETSC(KSPViewFromOptions(krylov_.get(), nullptr, "-ksp_view"));
     LinearReport report;
     report.error = stopping_->end();
     report.iterations = gradients_->iterations();

@@ -13,7 +13,8 @@ namespace livetet {
 
 /// Conjugate gradients around a multigrid cycle in single precision, matrix and all, on a team of
 /// threads of one rank: what `track` solves with where it can. The iteration is our own
-/// (ConjugateGradients) unless PETSc's options say something of it (-ksp_...): then it is PETSc's.
+/// (ConjugateGradients), unless PETSc's options ask for another: then PETSc iterates, in double
+/// precision.
 ///
 /// For tets of four nodes and Hooke's law, the finest operator is the multigrid's. For other laws
 /// it is the law's tangent, without a matrix, and the multigrid is that of Hooke's law turned by
@@ -66,7 +67,8 @@ class LiveSolver : public DisplacementSolver, private SingleSystem {
     Mat matrix() const override { return shell_.get(); }
     void add_levels(DistributedHierarchy& mesh, const ElasticModel& model);
     void make_cycle(const MeshHierarchy& hierarchy, int smoothing_steps);
-    /// Whether PETSc's options leave the iteration and the preconditioner to this class.
+    /// Whether PETSc's options leave the iteration and the preconditioner to this class. Those that
+    /// do not change it are heeded by both: tolerances, monitors, -ksp_view.
     bool iterates_itself() const;
 
     GridHierarchy grid_;  ///< empty unless the body is a grid
@@ -77,6 +79,7 @@ class LiveSolver : public DisplacementSolver, private SingleSystem {
     SinglePrecisionMultigrid* assembled_ = nullptr;
     PetscHandle<Mat> shell_;
     std::unique_ptr<ConjugateGradients> gradients_;  ///< null: PETSc iterates
+    bool is_viewed_ = false;                         ///< -ksp_view
     std::vector<double> positive_;                   ///< mixed form: Hooke's products
     bool is_curved_down_ = false;  ///< a product of the law's tangent showed negative curvature
 };

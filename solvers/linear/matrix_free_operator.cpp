@@ -108,7 +108,7 @@ double MatrixFreeOperator::bytes_of_multiply() const {
     const auto batches = static_cast<double>(single.batch_count());
     const double tets = std::visit([](const auto& b) { return sizeof(b[0]); }, single.batches);
     // Each number of x, the displacement, forces (zeroed, added to, read), y.
-    return batches * tets + static_cast<double>(free_.size()) * (8 + 4 + 4 + 12 + 8);
+    return batches * tets + static_cast<double>(free_.size()) * (4 + 4 + 12 + 4);
 }
 
 }  // namespace livetet

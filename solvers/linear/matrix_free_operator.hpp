@@ -59,7 +59,7 @@ class MatrixFreeOperator {
         add_products(Tangent::frozen_rotation, x);
         over_components([&](std::size_t i) { visit(i, force_[i]); });
     }
-    /// The share of s K in diagonal().
+    /// The share of s K in a component's diagonal.
     float stiffness_diagonal(std::size_t component) const {
         return static_cast<float>(s_) * stiffness_[component / 3];
     }
@@ -104,7 +104,7 @@ class MatrixFreeOperator {
     std::vector<float> x_;          ///< of multiply, from its first call on
     std::vector<float> force_;
     std::vector<float> shift_, inverse_diagonal_, free_;  ///< of each component
-    bool has_shift_ = false;                              ///< not all of shift_ is zero
+    bool has_shift_ = false;                              ///< else all of shift_ is zero
 };
 
 }  // namespace livetet

@@ -45,19 +45,19 @@ void MatrixFreeSmoother::smooth(bool from_zero) {
     ChebyshevSteps chebyshev(bound_, lowest_);
     for (int step = 0; step < steps_; ++step) {
         const ChebyshevSteps::Factors f = chebyshev.next();
-        const bool is_last = step + 1 == steps_;  // nobody asks for d
+        const bool is_last = step + 1 == steps_;  // nobody asks for its d
         if (step == 0 && from_zero)
-            A_.over_components([&](std::size_t i) { x_[i] = f.of_r * inverse[i] * b_[i]; });
-        else if (step == 0 && is_last)
-            A_.visit_positive(
-                x_, [&](std::size_t i, float Ax) { x_[i] += f.of_r * inverse[i] * (b_[i] - Ax); });
+            A_.over_components([&](std::size_t i) {
+                x_[i] = f.of_r * inverse[i] * b_[i];
+                if (!is_last) d_[i] = x_[i];
+            });
         else
             A_.visit_positive(x_, [&](std::size_t i, float Ax) {
-                d_[i] = f.of_d * d_[i] + f.of_r * inverse[i] * (b_[i] - Ax);
-                x_[i] += d_[i];
+                float d = f.of_r * inverse[i] * (b_[i] - Ax);
+                if (step > 0) d += f.of_d * d_[i];
+                if (!is_last) d_[i] = d;
+                x_[i] += d;
             });
-        if (step == 0 && from_zero && !is_last)
-            A_.over_components([&](std::size_t i) { d_[i] = x_[i]; });
     }
 }
 

@@ -376,7 +376,7 @@ double SinglePrecisionMultigrid::bytes_of_update() const {
 double SinglePrecisionMultigrid::bytes_of_multiply() const {
     const Level& fine = *levels_.front();
     return static_cast<double>(fine.A.bytes_of_product()) +
-           (12 + 24 + 24 + 12) * static_cast<double>(fine.nodes());
+           4 * 12.0 * static_cast<double>(fine.nodes());
 }
 
 double SinglePrecisionMultigrid::bytes_of_cycle() const {
@@ -391,7 +391,7 @@ double SinglePrecisionMultigrid::bytes_of_cycle() const {
         bytes += products * static_cast<double>(level->A.bytes_of_product()) +
                  nodes * (2 * smoothing_steps_ * (36 + 5 * 12) + 4 * 12 + 4 * (4 + 8) + 4 * 12);
     }
-    return bytes + 2 * 24.0 * static_cast<double>(levels_.front()->nodes());
+    return bytes + 2 * 12.0 * static_cast<double>(levels_.front()->nodes());
 }
 
 }  // namespace livetet

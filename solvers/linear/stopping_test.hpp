@@ -38,7 +38,7 @@ class StoppingTest {
     /// residual.
     void resume(int iterations);
     /// Whether to go on after an iteration (0: before the first) that left this residual, N, and
-    /// whose step had this length, m, RMS over the nodes; for a loop without a KSP.
+    /// whose step had this length, m, RMS over the nodes (0 where it is not measured).
     KSPConvergedReason judge(int iteration, double residual, double step);
     /// After it: the error of x, m, RMS over the nodes: what further steps would add up to, each
     /// shorter than the one before by the same ratio, a running mean. 0 where it is not estimated.

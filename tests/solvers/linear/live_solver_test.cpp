@@ -10,6 +10,7 @@
 #include "mesh/quadratic.hpp"
 #include "solvers/nonlinear/deformable_body.hpp"
 #include "support/beam_press.hpp"
+#include "support/petsc_options.hpp"
 #include "support/ranks.hpp"
 #include "support/shapes.hpp"
 
@@ -88,6 +89,36 @@ TEST_F(LiveSolverTest, AgreesWithThePlainPathTo1e6WhenConverged) {
         for (int frame = 0; frame < 60; ++frame) (void)live->advance(0, {.linear_tolerance = 1e-4});
         EXPECT_LT(test::largest_gap(live->displacement(), plain->displacement()), 1e-6 * 0.0155)
             << threads << " threads";
+    }
+}
+
+/// PETSc's own iteration, which some of its options bring, is the same but for rounding.
+TEST_F(LiveSolverTest, OptionsOfAnotherIterationHavePetscIterate) {
+    struct Frames {
+        std::vector<Vector3> u;
+        double error = 0;
+        int iterations = 0;
+    };
+    for (const char* law : {"corotated", "neohookean"}) {
+        model = law;
+        const auto frames = [&](std::vector<std::pair<std::string, std::string>> options) {
+            const test::PetscOptions given(std::move(options));
+            const auto live = body({.kind = SolverKind::live});
+            StepReport last;
+            for (int k = 1; k <= 2; ++k) {  // the second starts from the first
+                live->set_constraints(pressed(k / 12.0));
+                last = live->advance(0, {.linear_tolerance = 1e-9, .max_iterations = 2});
+            }
+            return Frames{live->displacement(), last.linear_error, last.iterations};
+        };
+        const Frames own = frames({});
+        const Frames petsc = frames({{"-ksp_norm_type", "unpreconditioned"}});
+        EXPECT_NE(petsc.u, own.u) << law;
+        EXPECT_LT(test::largest_gap(petsc.u, own.u), 1e-3 * 0.0026) << law;
+        EXPECT_NEAR(petsc.error, own.error, 1e-3 * own.error) << law;
+        EXPECT_EQ(petsc.iterations, own.iterations) << law;
+        // What does not change the iteration changes no bit.
+        EXPECT_EQ(frames({{"-ksp_monitor_cancel", ""}}).u, own.u) << law;
     }
 }
 
