@@ -403,6 +403,18 @@ TEST(Track, AReplayGivesTheSameFramesToTheBitAndSaysWhereNot) {
                          {"result.h5", "block.h5", "not the mesh"});
 }
 
+/// This one has PETSc iterate, with other roundings.
+TEST(Track, AReplayHeedsThePetscOptionsOfItsScene) {
+    Tracked t;
+    t.record();
+    const auto scene = t.folder / "scene.yaml";
+    write_text_file(scene, read_text_file(scene) +
+                               "solver: {petsc_options: \"-ksp_norm_type unpreconditioned\"}\n");
+    t.run();
+    const auto outcome = livetet(t.folder, "track --replay result.h5");
+    EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err;
+}
+
 /// With `ahead_ms: auto` each frame has a time of its own, which the clock decides; never the same
 /// again, so a replay takes it from the result.
 TEST(Track, PredictsToWhenAFrameIsShownAndAReplayRepeatsIt) {
