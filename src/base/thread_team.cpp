@@ -34,27 +34,41 @@ ThreadTeam::ThreadTeam(int threads) {
 
 ThreadTeam::~ThreadTeam() {
     if (workers_.empty()) return;
-    start(nullptr, nullptr);
+    start(Call{nullptr}, nullptr);
     for (std::thread& worker : workers_) worker.join();
 }
 
 void ThreadTeam::start(Call call, void* work) {
     call_ = call;
     work_ = work;
-    at_work_.store(static_cast<int>(workers_.size()), std::memory_order_relaxed);
+    const std::uint32_t round = round_.load(std::memory_order_relaxed) + 1;
+    state_.store(std::uint64_t{round} << 32 | is_open, std::memory_order_release);
     // Sequentially consistent, like a worker's last check before it sleeps: at least one of the two
     // sees the other's store.
     round_.fetch_add(1, std::memory_order_seq_cst);
     if (asleep_.load(std::memory_order_seq_cst) > 0) round_.notify_all();
 }
 
-void ThreadTeam::finish() {
-    for (int k = 0; at_work_.load(std::memory_order_acquire) != 0; ++k) spin(k);
+void ThreadTeam::finish(std::size_t workers) {
+    for (int k = 0; joined(state_.load(std::memory_order_relaxed)) < workers; ++k) spin(k);
+    state_.fetch_and(~is_open, std::memory_order_acq_rel);
+    for (int k = 0; at_work(state_.load(std::memory_order_acquire)) != 0; ++k) spin(k);
+}
+
+/// Whether a worker is in time for a round. What the round's work is may be read from then on:
+/// nothing changes it while a worker is at work.
+bool ThreadTeam::join(std::uint32_t round) {
+    std::uint64_t state = state_.load(std::memory_order_relaxed);
+    while (state >> 32 == round && state & is_open)
+        if (state_.compare_exchange_weak(state, state + one_joined + one_at_work,
+                                         std::memory_order_acquire, std::memory_order_relaxed))
+            return true;
+    return false;
 }
 
 void ThreadTeam::serve(int thread) {
     using Clock = std::chrono::steady_clock;
-    for (std::uint32_t seen = 0;; ++seen) {
+    for (std::uint32_t seen = 0;;) {
         Clock::time_point since{};
         for (int k = 1; round_.load(std::memory_order_acquire) == seen; ++k) {
             spin(k);
@@ -66,9 +80,11 @@ void ThreadTeam::serve(int thread) {
             round_.wait(seen, std::memory_order_seq_cst);
             asleep_.fetch_sub(1, std::memory_order_seq_cst);
         }
+        seen = round_.load(std::memory_order_acquire);
+        if (!join(seen)) continue;
         if (!call_) return;
         call_(work_, thread);
-        at_work_.fetch_sub(1, std::memory_order_release);
+        state_.fetch_sub(one_at_work, std::memory_order_release);
     }
 }
 

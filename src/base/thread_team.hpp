@@ -12,8 +12,12 @@ namespace livetet {
 
 /// Fork-join team of threads for loops of microseconds that run many times a frame. The calling
 /// thread is the first member. Threads wait by spinning; a worker that is idle for some
-/// milliseconds sleeps until it is called again. `run` allocates nothing, takes no lock and makes
+/// milliseconds sleeps until it is called again. A call allocates nothing, takes no lock and makes
 /// no blocking call.
+///
+/// Tasks and pieces are done by whoever is there: a worker that another program keeps off its core,
+/// or that sleeps, is not waited for unless it has begun one. So on a busy machine a call takes
+/// no more time than the caller would take alone, and what is left of a task that was begun.
 class ThreadTeam {
   public:
     /// `threads` >= 1. With 1 no thread is started and `run` is a plain call.
@@ -38,22 +42,22 @@ class ThreadTeam {
             work(0);
             return;
         }
-        start(
-            [](void* w, int thread) { (*static_cast<std::remove_reference_t<Work>*>(w))(thread); },
-            const_cast<void*>(static_cast<const void*>(std::addressof(work))));
+        start(work);
         work(0);
-        finish();
+        finish(workers_.size());
     }
 
-    /// Splits [0, count) into one piece a thread and calls work(begin, end) on each. Runs on the
-    /// calling thread alone if a piece would be smaller than `grain`.
+    /// Splits [0, count) into as many pieces as there are threads and calls work(begin, end) once
+    /// for each, as a task. Calls work(0, count) if a piece would be smaller than `grain`.
     template <class Work>
     void run_pieces(std::size_t count, std::size_t grain, Work&& work) {
         const auto pieces = static_cast<std::size_t>(size());
         if (count < grain * pieces)
             work(std::size_t{0}, count);
         else
-            run([&](int thread) { work(count * thread / pieces, count * (thread + 1) / pieces); });
+            run_tasks(pieces, [&](std::size_t piece) {
+                work(count * piece / pieces, count * (piece + 1) / pieces);
+            });
     }
 
     static constexpr std::size_t max_tasks = 64;
@@ -67,12 +71,15 @@ class ThreadTeam {
             for (std::size_t task = 0; task < count; ++task) work(task);
             return;
         }
-        begun_.store(0, std::memory_order_relaxed);  // `run` shows it to the workers
-        run([&](int thread) {
+        begun_.store(0, std::memory_order_relaxed);  // start shows it to the workers
+        const auto take = [&](int thread) {
             const std::size_t first = count * thread / size();
             for (std::size_t k = 0; k < count; ++k)
                 if (const std::size_t task = (first + k) % count; begins(task)) work(task);
-        });
+        };
+        start(take);
+        take(0);
+        finish(0);
     }
 
   private:
@@ -83,15 +90,30 @@ class ThreadTeam {
     }
 
     using Call = void (*)(void*, int);
+    template <class Work>
+    void start(Work& work) {
+        start([](void* w, int thread) { (*static_cast<Work*>(w))(thread); },
+              const_cast<void*>(static_cast<const void*>(std::addressof(work))));
+    }
+    /// Opens a round: workers may join it until it is closed.
     void start(Call call, void* work);
-    void finish();
+    /// Closes the round once `workers` have joined it; returns when all who did have returned.
+    void finish(std::size_t workers);
+    bool join(std::uint32_t round);
     void serve(int thread);
+
+    /// State of the round: its number, whether it is open, how many workers have joined it and how
+    /// many of them are at work, in 32, 1, 15 and 16 bits.
+    static constexpr std::uint64_t one_at_work = 1, one_joined = std::uint64_t{1} << 16,
+                                   is_open = std::uint64_t{1} << 31;
+    static std::uint64_t at_work(std::uint64_t state) { return state & 0xffff; }
+    static std::uint64_t joined(std::uint64_t state) { return state >> 16 & 0x7fff; }
 
     std::vector<std::thread> workers_;
     Call call_ = nullptr;  ///< null: the workers end
     void* work_ = nullptr;
-    alignas(64) std::atomic<std::uint32_t> round_{0};  ///< counts the calls of `run`
-    alignas(64) std::atomic<int> at_work_{0};
+    alignas(64) std::atomic<std::uint32_t> round_{0};  ///< counts the rounds; idle workers watch it
+    alignas(64) std::atomic<std::uint64_t> state_{0};
     alignas(64) std::atomic<int> asleep_{0};
     alignas(64) std::atomic<std::uint64_t> begun_{0};  ///< of run_tasks, a bit a task
 };
