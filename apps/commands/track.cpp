@@ -34,6 +34,20 @@ namespace {
 
 using nlohmann::json;
 
+/// What blades cut, nothing included.
+json cuts_json(const FrameState& last) {
+    const CutMesh none, &cut = last.cut ? *last.cut : none;
+    return {{"openings", cut.openings},
+            {"parted", cut.parted},
+            {"nodes_added", cut.originals.size()},
+            {"pieces", cut.pieces},
+            {"free_pieces", cut.free_pieces},
+            {"longest_ms", 1e3 * cut.longest_s},
+            {"prepared_ms", 1e3 * cut.prepared_s},
+            {"gaps", last.blade_gaps.count},
+            {"gaps_mm", 1e3 * last.blade_gaps.length}};
+}
+
 json describe_run(const OpenSource& open, const FiducialRegistration& registration,
                   const SceneBody& body, const TrackedBody& tracked, const FrameCounts& counts,
                   std::optional<double> budget_s, const std::string& problem) {
@@ -61,14 +75,7 @@ json describe_run(const OpenSource& open, const FiducialRegistration& registrati
                                                    body.body->linear_solver().level_count())},
                   {"solver", body.body->linear_solver().name()},
                   {"version", LIVETET_VERSION}};
-    if (const auto& cut = tracked.last().cut)
-        about["cuts"] = {{"openings", cut->openings},
-                         {"parted", cut->parted},
-                         {"nodes_added", cut->originals.size()},
-                         {"pieces", cut->pieces},
-                         {"free_pieces", cut->free_pieces},
-                         {"longest_ms", 1e3 * cut->longest_s},
-                         {"prepared_ms", 1e3 * cut->prepared_s}};
+    if (tracked.is_cutting()) about["cuts"] = cuts_json(tracked.last());
     return about;
 }
 

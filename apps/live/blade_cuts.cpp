@@ -65,11 +65,22 @@ void BladeCuts::follow(double time_s, std::span<const std::optional<BladeEdge>> 
             continue;
         }
         TriangleMesh swept = near_body(sweeps_[i].follow(time_s, edges[i], rest_place));
+        count_gap(sweeps_[i]);
         if (!begun_s_)
             take(time_s, swept);
         else if (!swept.triangles.empty())
             waiting_.emplace_back(time_s, std::move(swept));
     }
+}
+
+void BladeCuts::count_gap(const BladeSweep& sweep) {
+    const auto& gap = sweep.gap();
+    const auto is_inside = [&](const Vector3& place) { return cuttable_->holds(place); };
+    if (!gap || std::ranges::none_of(gap->before, is_inside) ||
+        std::ranges::none_of(gap->after, is_inside))
+        return;
+    ++gaps_.count;
+    gaps_.length += gap->length;
 }
 
 void BladeCuts::take(double time_s, const TriangleMesh& swept) {

@@ -25,6 +25,12 @@ struct CutMesh {
     double prepared_s = 0;        ///< longest time of preparing one, between frames or in one
 };
 
+/// Ways of blades through the body that cut nothing, since they were too long between two frames.
+struct BladeGaps {
+    std::size_t count = 0;
+    double length = 0;  ///< of all together, of the blades' ends, m
+};
+
 /// The levels of four-node tets, or of a grid: without the finest one, if that is of ten-node tets.
 std::vector<TetMesh> linear_levels(const std::vector<TetMesh>& levels);
 
@@ -73,10 +79,13 @@ class BladeCuts {
     void restart();
     /// Number of pairs of neighbouring cells that were parted.
     std::size_t parted() const { return cuttable_->parted(); }
+    /// Gaps before and after which a blade was in the body, so far.
+    const BladeGaps& gaps() const { return gaps_; }
 
   private:
     void take(double time_s, const TriangleMesh& swept);
     void end();
+    void count_gap(const BladeSweep& sweep);
     bool is_near(const BladeEdge& edge, std::span<const Vector3> displacement) const;
     TriangleMesh near_body(const TriangleMesh& swept) const;
 
@@ -86,6 +95,7 @@ class BladeCuts {
     BladeSweepOptions sweep_options_;
     double interval_s_;
     std::vector<BladeSweep> sweeps_;
+    BladeGaps gaps_;
     std::optional<double> pending_s_;  ///< when the first of what is to be opened was cut
     std::optional<double> begun_s_;    ///< the same of what is being opened
     /// What blades sweep meanwhile, with its times.

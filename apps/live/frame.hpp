@@ -43,6 +43,7 @@ struct FrameState {
     std::vector<PoseQuality> pose_quality;     ///< of the reference, then of the sensors
     std::optional<HandPull> pull{};
     std::shared_ptr<const CutMesh> cut{};  ///< the frame's mesh; none: as it was loaded
+    BladeGaps blade_gaps{};                ///< so far
     FrameStatement statement;
     std::size_t turned_elements = 0;  ///< as TurnedElements counts them
     StepReport step;

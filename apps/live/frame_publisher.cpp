@@ -186,11 +186,13 @@ std::vector<igtl::Message> FrameMessages::operator()(const PublishedFrame& a, do
                   {"iterations", frame.step.iterations},
                   {"turned_elements", frame.turned_elements},
                   {"error_estimate_mm", 1e3 * frame.step.linear_error}};
-    if (frame.cut)
-        about["cuts"] = {{"openings", frame.cut->openings},
-                         {"parted", frame.cut->parted},
-                         {"pieces", frame.cut->pieces},
-                         {"free_pieces", frame.cut->free_pieces}};
+    if (const CutMesh none; frame.cut || frame.blade_gaps.count > 0) {
+        const CutMesh& cut = frame.cut ? *frame.cut : none;
+        about["cuts"] = {
+            {"openings", cut.openings},       {"parted", cut.parted},
+            {"pieces", cut.pieces},           {"free_pieces", cut.free_pieces},
+            {"gaps", frame.blade_gaps.count}, {"gaps_mm", 1e3 * frame.blade_gaps.length}};
+    }
     if (!frame.statement.targets.empty()) about["statement"] = json_of(frame.statement, a.targets);
     messages.push_back(igtl::string_message(
         "LivetetFrame", about.dump(-1, ' ', false, json::error_handler_t::replace), time_s));
@@ -234,6 +236,8 @@ std::string status_text(const PublishedFrame& a, const SourceStatus& source, dou
                     a.frame.step.iterations, 1e3 * a.frame.step.linear_error);
     if (const CutMesh* cut = a.frame.cut.get())
         text += fmt::format(" | cut {}{}", counted(cut->openings, "time"), pieces_of_cut(*cut));
+    if (const BladeGaps& gaps = a.frame.blade_gaps; gaps.count > 0)
+        text += fmt::format(" | NOT cut in {}", counted(gaps.count, "gap"));
     text += " | " + followed_text(a, ", ");
     if (!a.frame.sensors.empty() || a.frame.pull)
         text += fmt::format(", press {:.1f} mm", 1e3 * a.frame.press);

@@ -59,6 +59,8 @@ struct RunCuts {
     std::size_t pieces = 1, free_pieces = 0;  ///< of the body at the end; see CutMesh
     double longest_ms = 0;                    ///< longest time that an opening took of a frame
     double prepared_ms = 0;                   ///< longest time that preparing one took
+    std::size_t gaps = 0;                     ///< ways of blades that cut nothing; see BladeGaps
+    double gaps_mm = 0;                       ///< their length, all together
 };
 
 /// Summary of a run.
@@ -76,7 +78,7 @@ struct RunInfo {
     std::size_t tets = 0, nodes = 0, levels = 0;
     std::string solver, version;  ///< solver: empty if unknown
     std::string problem;          ///< why the recording ended early; empty if it did not
-    std::optional<RunCuts> cuts;  ///< none: no blade has cut
+    std::optional<RunCuts> cuts;  ///< none: the scene has no blade
 };
 
 /// A tracked run as plain data. Displacements are large and are read one frame at a time.

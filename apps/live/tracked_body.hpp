@@ -117,6 +117,7 @@ class TrackedBody {
     };
     /// The tools of `Frame::image_from_tool`: reference, sensors, tools of the scene.
     const std::vector<ShownTool>& tools() const { return shown_; }
+    bool is_cutting() const { return cutting_ != nullptr; }
 
     /// The last frame, without its displacement.
     const FrameState& last() const { return frame_; }

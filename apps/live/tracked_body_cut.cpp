@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <numbers>
 #include <utility>
@@ -80,6 +82,12 @@ void TrackedBody::cut_by_blades() {
     Cutting& c = *cutting_;
     c.replaced.reset();  // as a rule prepare_cut did
     c.cuts.follow(frame_.time_s, c.edges, body_.mesh(), frame_.displacement);
+    const bool has_told = std::exchange(frame_.blade_gaps, c.cuts.gaps()).count > 0;
+    if (frame_.blade_gaps.count > 0 && !has_told)
+        log_warning(fmt::format(
+            "a blade moved {:.0f} mm in the organ from a frame to the next in which it was seen: "
+            "nothing is cut there. More such gaps are counted in the status line and the report.",
+            1e3 * frame_.blade_gaps.length));
     if (c.cuts.is_due(frame_.time_s)) {
         const double opens_s = c.cuts.begin();
         c.opening = std::make_unique<CutOpening>(

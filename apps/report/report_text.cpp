@@ -62,17 +62,32 @@ std::string slip_verdict(const Report& r) {
         counted(r.slips, "time"));
 }
 
-std::string cuts_verdict(const RunCuts& c) {
-    std::string text = fmt::format(
-        "Cuts: blades parted {} of neighbouring cells and doubled {}, opened {}, in at most {:.0f} "
-        "ms of a frame each; to prepare one took at most {:.0f} ms; ",
-        counted(c.parted, "pair"), counted(c.nodes_added, "node"), counted(c.openings, "time"),
-        c.longest_ms, c.prepared_ms);
-    text += c.pieces == 1 ? "the body still hangs together"
-                          : fmt::format("the body is in {} pieces", c.pieces);
-    if (c.free_pieces > 0)
-        text += fmt::format(", of which neither fix nor drive holds {}", c.free_pieces);
-    return text + ".";
+std::string cuts_verdict(const RunInfo& run) {
+    const RunCuts& c = *run.cuts;
+    std::string text = "Cuts: none: no blade crossed the organ.";
+    if (c.openings > 0) {
+        text = fmt::format(
+            "Cuts: blades parted {} of neighbouring cells and doubled {}, opened {}, in at most "
+            "{:.0f} ms of a frame each; to prepare one took at most {:.0f} ms; ",
+            counted(c.parted, "pair"), counted(c.nodes_added, "node"), counted(c.openings, "time"),
+            c.longest_ms, c.prepared_ms);
+        text += c.pieces == 1 ? "the body still hangs together"
+                              : fmt::format("the body is in {} pieces", c.pieces);
+        if (c.free_pieces > 0)
+            text += fmt::format(", of which neither fix nor drive holds {}", c.free_pieces);
+        text += ".";
+    }
+    if (c.longest_ms > run.budget_ms)
+        text += fmt::format(
+            " That is more than the budget of a frame, {:.0f} ms: a longer track.cut_interval_s "
+            "leaves more time to prepare.",
+            run.budget_ms);
+    if (c.gaps > 0)
+        text += fmt::format(
+            " NOT cut: {} of the blades' ways in the organ, {:.0f} mm, each too long between two "
+            "frames in which the blade was seen.",
+            counted(c.gaps, "part"), c.gaps_mm);
+    return text;
 }
 
 std::string press_verdict(const TargetErrors& t) {
@@ -228,7 +243,7 @@ std::vector<std::string> verdicts(const Report& report) {
     if (report.frames.turned_over > 0) sentences.push_back(turned_verdict(report));
     if (report.unplaced > 0) sentences.push_back(placing_verdict(report));
     if (report.slips > 0) sentences.push_back(slip_verdict(report));
-    if (report.run.cuts) sentences.push_back(cuts_verdict(*report.run.cuts));
+    if (report.run.cuts) sentences.push_back(cuts_verdict(report.run));
     if (const std::string noise = noise_text(report.run.poses); !noise.empty())
         sentences.push_back("Tracker: the " + noise + ".");
     sentences.insert(sentences.end(), report.notes.begin(), report.notes.end());

@@ -22,6 +22,7 @@ class OpenableGrid : public OpenableMesh {
           cuts_(level_.links.size()) {}
 
     double cell_edge() const override { return frame_.axes.colwise().norm().minCoeff(); }
+    bool holds(const Vector3& place) const override { return rest_places_.holds(place); }
     Vector3 rest_place(const Vector3& y, const TetMesh& mesh,
                        std::span<const Vector3> displacement) const override {
         return rest_places_.rest_place(y, mesh.hexahedra, displacement);

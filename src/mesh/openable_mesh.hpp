@@ -31,6 +31,8 @@ class OpenableMesh {
     /// `displacement`, m, one a node: of the finest level now.
     virtual Vector3 rest_place(const Vector3& y, const TetMesh& mesh,
                                std::span<const Vector3> displacement) const = 0;
+    /// Whether a place at rest is in a cell.
+    virtual bool holds(const Vector3& place) const = 0;
     /// Cuts where a surface at rest parts middles of cells. Returns the number of pairs of
     /// neighbours that were not parted before. Throws Error if a corner of the surface is far
     /// away.

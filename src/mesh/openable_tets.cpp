@@ -159,6 +159,8 @@ Vector3 OpenableTets::rest_place(const Vector3& y, const TetMesh& mesh,
     });
 }
 
+bool OpenableTets::holds(const Vector3& place) const { return locator_.find(place).distance == 0; }
+
 std::size_t OpenableTets::cut(const TriangleMesh& surface) {
     std::size_t fresh = 0;
     if (surface.triangles.empty()) return fresh;

@@ -20,6 +20,7 @@ class OpenableTets : public OpenableMesh {
     OpenableTets(const std::vector<TetMesh>& levels, std::string where);
 
     double cell_edge() const override { return cell_edge_; }
+    bool holds(const Vector3& place) const override;
     Vector3 rest_place(const Vector3& y, const TetMesh& mesh,
                        std::span<const Vector3> displacement) const override;
     std::size_t cut(const TriangleMesh& surface) override;

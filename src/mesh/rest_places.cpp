@@ -66,14 +66,29 @@ void RestPlaces::find_near_cells() {
     }
 }
 
-std::int32_t RestPlaces::cell_near(const HexPlace& place) const {
+std::optional<std::int32_t> RestPlaces::cell_at(const HexPlace& place) const {
     const std::int64_t number = numbers_.of_place(place);
     const auto cell = std::lower_bound(cells_.begin(), cells_.end(), std::pair{number, 0});
-    if (cell != cells_.end() && cell->first == number) return cell->second;
+    if (cell == cells_.end() || cell->first != number) return {};
+    return cell->second;
+}
+
+std::int32_t RestPlaces::cell_near(const HexPlace& place) const {
+    if (const auto cell = cell_at(place)) return *cell;
     return near_[(static_cast<std::size_t>(place[2] >> shift_) * blocks_[1] +
                   (place[1] >> shift_)) *
                      blocks_[0] +
                  (place[0] >> shift_)];
+}
+
+bool RestPlaces::holds(const Vector3& x) const {
+    const Vector3 q = in_cells_ * (x - corner_);
+    HexPlace place{};
+    for (int d = 0; d < 3; ++d) {
+        if (!(q[d] >= 0 && q[d] < numbers_.size(d))) return false;
+        place[d] = static_cast<std::int32_t>(q[d]);
+    }
+    return cell_at(place).has_value();
 }
 
 RestMotion RestPlaces::motion_at(const Vector3& x, std::span<const Hexahedron> cells,

@@ -22,9 +22,12 @@ class RestPlaces {
     /// now: cuts change the nodes of cells. At most 60 evaluations of u; allocates nothing.
     Vector3 rest_place(const Vector3& y, std::span<const Hexahedron> cells,
                        std::span<const Vector3> displacement) const;
+    /// Whether a place at rest is in a cell.
+    bool holds(const Vector3& x) const;
 
   private:
     void find_near_cells();
+    std::optional<std::int32_t> cell_at(const HexPlace& place) const;
     std::int32_t cell_near(const HexPlace& place) const;
     RestMotion motion_at(const Vector3& x, std::span<const Hexahedron> cells,
                          std::span<const Vector3> displacement) const;

@@ -27,7 +27,8 @@ int pieces_of(double length, double longest, int most) {
 
 bool BladeSweep::continues(const Seen& now) const {
     return last_ && now.rest.size() == last_->rest.size() && now.time_s >= last_->time_s &&
-           now.time_s - last_->time_s <= options_.longest_gap_s &&
+           now.time_s - last_->time_s <=
+               (was_unseen_ ? options_.longest_gap_s : options_.longest_miss_s) &&
            largest_move(now.edge, last_->edge) <= options_.longest_step &&
            largest_move(now.rest, last_->rest) <= longest_at_rest * options_.longest_step;
 }
@@ -56,7 +57,11 @@ const TriangleMesh& BladeSweep::follow(double time_s, const std::optional<BladeE
                                        const RestPlace& rest_place) {
     surface_.nodes.clear();
     surface_.triangles.clear();
-    if (!edge) return surface_;
+    gap_.reset();
+    if (!edge) {
+        was_unseen_ = true;
+        return surface_;
+    }
     const auto& [a, b] = *edge;
     // The blade is rigid: as many pieces in each frame, but for rounding.
     const int pieces =
@@ -64,8 +69,12 @@ const TriangleMesh& BladeSweep::follow(double time_s, const std::optional<BladeE
     Seen now{time_s, *edge, {}};
     for (int i = 0; i <= pieces; ++i)
         now.rest.push_back(rest_place(a + static_cast<double>(i) / pieces * (b - a)));
-    if (continues(now)) span(last_->rest, now.rest);
+    if (continues(now))
+        span(last_->rest, now.rest);
+    else if (last_)
+        gap_ = {largest_move(now.edge, last_->edge), std::move(last_->rest), now.rest};
     last_ = std::move(now);
+    was_unseen_ = false;
     return surface_;
 }
 

@@ -16,7 +16,15 @@ using BladeEdge = std::array<Vector3, 2>;
 struct BladeSweepOptions {
     double longest_edge = 0.001;  ///< of the triangles, m: half a cell
     double longest_step = 0.02;   ///< of the blade's ends between two frames, m
-    double longest_gap_s = 0.25;  ///< between two frames in which the blade is seen
+    /// Between two frames in which the blade is seen: with others between them, in which it is not,
+    /// and without, where frames were missed.
+    double longest_gap_s = 0.25, longest_miss_s = 1;
+};
+
+/// A way of a blade that was too long, or took too long, to be a sweep.
+struct BladeGap {
+    double length = 0;                   ///< of the ends of the blade, in the image, m
+    std::vector<Vector3> before, after;  ///< rest places along the blade where it was seen, m
 };
 
 /// Turns the edge of a blade, frame by frame, into the surface that it sweeps in the organ at rest.
@@ -24,7 +32,7 @@ struct BladeSweepOptions {
 /// Points along the edge are carried to their rest places in each frame. A frame's points and those
 /// of the frame before span the surface. Both frames' surfaces have the points between them in
 /// common, to the bit, so that no hole is left. A gap in time or a jump of the blade, in the image
-/// or at rest, begins a new sweep: nothing is cut in between.
+/// or at rest, begins a new sweep: nothing is cut in between, and `gap` tells of it.
 class BladeSweep {
   public:
     /// The rest place of a point of the image, m.
@@ -41,6 +49,9 @@ class BladeSweep {
     /// Forgets where the blade was.
     void restart() { last_.reset(); }
 
+    /// What the last frame began a new sweep after; none: it went on, or knew no earlier frame.
+    const std::optional<BladeGap>& gap() const { return gap_; }
+
   private:
     struct Seen {
         double time_s = 0;
@@ -52,6 +63,8 @@ class BladeSweep {
 
     BladeSweepOptions options_;
     std::optional<Seen> last_;
+    bool was_unseen_ = false;  ///< in a frame since last_
+    std::optional<BladeGap> gap_;
     TriangleMesh surface_;
 };
 

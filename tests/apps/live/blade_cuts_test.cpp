@@ -136,6 +136,24 @@ TEST(BladeCuts, WhatBeginsOnceMoreIsTheSameWhetherItWasPreparedOrNot) {
     EXPECT_EQ(mesh_pieces(opened[0]).size(), 2U) << "the crumb hangs together with its neighbour";
 }
 
+/// Only where the blade was in the body before and after.
+TEST(BladeCuts, AGapInTheBodyIsCounted) {
+    const auto gaps_from = [](double from, double to) {
+        BladedGrid grid;
+        for (const double z : {from, to}) {
+            const std::optional<BladeEdge> edges[] = {
+                BladeEdge{Vector3(0.021, -0.01, z), Vector3(0.021, 0.05, z)}};
+            grid.cuts.follow(grid.time_s += 0.04, edges, grid.mesh, grid.still);
+        }
+        EXPECT_FALSE(grid.cuts.is_due(100)) << "nothing is cut";
+        return grid.cuts.gaps();
+    };
+    EXPECT_EQ(gaps_from(0.035, 0.005).count, 1U);
+    EXPECT_NEAR(gaps_from(0.035, 0.005).length, 0.03, 1e-12);
+    EXPECT_EQ(gaps_from(0.06, 0.005).count, 0U) << "it was above";
+    EXPECT_EQ(gaps_from(0.005, 0.06).count, 0U) << "it left";
+}
+
 /// Far from the organ, or where the body has moved to without end: nothing is cut, nothing fails.
 TEST(BladeCuts, ABladeFarAwayCutsNothing) {
     BladedGrid far, gone;

@@ -126,6 +126,7 @@ TEST(FrameMessages, ACutGivesTheSurfaceNewPointsAndTriangles) {
     cut->pieces = 2;
     cut->free_pieces = 1;
     a.frame.cut = cut;
+    a.frame.blade_gaps = {2, 0.031};
     a.displacement.assign(16, Vector3::Zero());
     for (std::size_t n = 12; n < 16; ++n) a.displacement[n] = Vector3(0.05, 0, 0);
     const igtl::PolyData apart = surface();
@@ -134,12 +135,16 @@ TEST(FrameMessages, ACutGivesTheSurfaceNewPointsAndTriangles) {
     for (const igtl::Message& m : messages_of(a, 0))
         if (m.device == "LivetetFrame") {
             EXPECT_NE(std::get<igtl::String>(m.content).text.find(
-                          R"("cuts":{"free_pieces":1,"openings":1,"parted":1,"pieces":2})"),
+                          R"("cuts":{"free_pieces":1,"gaps":2,"gaps_mm":31.0,"openings":1,)"
+                          R"("parted":1,"pieces":2})"),
                       std::string::npos);
         }
-    EXPECT_NE(status_text(a, {}, 0, 0).find("cut 1 time, 2 pieces, 1 held by nothing"),
+    EXPECT_NE(status_text(a, {}, 0, 0)
+                  .find("cut 1 time, 2 pieces, 1 held by nothing | NOT cut in 2 gaps"),
               std::string::npos);
     a.frame.cut = nullptr;
+    EXPECT_NE(status_text(a, {}, 0, 0).find(" | NOT cut in 2 gaps"), std::string::npos);
+    a.frame.blade_gaps = {};
     EXPECT_EQ(status_text(a, {}, 0, 0).find("cut"), std::string::npos);
 }
 

@@ -398,6 +398,30 @@ TEST(Report, LinesOfTheTextAreAPageWide) {
     for (std::string line; std::getline(text, line);) EXPECT_LE(line.size(), 100U) << line;
 }
 
+TEST(Report, SaysWhatBladesCutAndWhatNot) {
+    Report report;
+    report.run.budget_ms = 30;
+    const auto sentence = [&] {
+        for (const std::string& s : verdicts(report))
+            if (s.starts_with("Cuts:")) return s;
+        return std::string();
+    };
+    EXPECT_EQ(sentence(), "") << "the scene has no blade";
+    report.run.cuts.emplace();
+    EXPECT_EQ(sentence(), "Cuts: none: no blade crossed the organ.");
+    report.run.cuts = {.openings = 2, .parted = 40, .nodes_added = 50, .longest_ms = 12};
+    EXPECT_TRUE(sentence().ends_with("the body still hangs together.")) << sentence();
+    report.run.cuts->longest_ms = 45;
+    EXPECT_NE(sentence().find("budget of a frame, 30 ms: a longer track.cut_interval_s"),
+              std::string::npos)
+        << sentence();
+    report.run.cuts->gaps = 2;
+    report.run.cuts->gaps_mm = 31;
+    EXPECT_NE(sentence().find("NOT cut: 2 parts of the blades' ways in the organ, 31 mm"),
+              std::string::npos)
+        << sentence();
+}
+
 TEST(Report, RunInfoNamesTheKeyThatIsMissing) {
     EXPECT_NE(message_of([] {
                   parse_run_info(R"({"samples": 3, "frames": 3})", "r.h5");

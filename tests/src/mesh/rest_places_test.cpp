@@ -53,6 +53,10 @@ TEST(RestPlaces, OutsideTheBodyFollowTheNearestOfIt) {
     const TetMesh mesh = test::hex_grid({6, 6, 2}, {6, 6, 2},
                                         [](const Vector3& x) { return x.x() < 2 || x.y() < 2; });
     const RestPlaces rest = places_in(mesh);
+    EXPECT_TRUE(rest.holds({1.5, 5.5, 0.2}));
+    EXPECT_TRUE(rest.holds({5.5, 0.5, 1.8}));
+    for (const Vector3& x : {Vector3(5, 5, 1), Vector3(-0.1, 3, 1), Vector3(1, 6.1, 1)})
+        EXPECT_FALSE(rest.holds(x)) << x.transpose();
     const Vector3 shift(40, -30, 20);
     const std::vector<Vector3> u(mesh.nodes.size(), shift);
     for (const Vector3& x : {Vector3(5, 5, 1), Vector3(-70, 3, 1), Vector3(5, 400, 2)})

@@ -120,8 +120,8 @@ std::size_t swept_in_one_step(double seconds, const Vector3& way, bool is_seen_b
 TEST(BladeSweep, AJumpOrAGapBeginsANewSweep) {
     EXPECT_GT(swept_in_one_step(0.04, {0, 0, 0.019}), 0U);
     EXPECT_EQ(swept_in_one_step(0.04, {0, 0, 0.021}), 0U) << "a jump";
-    EXPECT_GT(swept_in_one_step(0.24, {0, 0, 0.01}), 0U);
-    EXPECT_EQ(swept_in_one_step(0.26, {0, 0, 0.01}), 0U) << "a gap";
+    EXPECT_GT(swept_in_one_step(0.99, {0, 0, 0.01}), 0U) << "frames were missed";
+    EXPECT_EQ(swept_in_one_step(1.01, {0, 0, 0.01}), 0U) << "a gap";
     EXPECT_EQ(swept_in_one_step(-0.04, {0, 0, 0.01}), 0U) << "time goes back";
     EXPECT_GT(swept_in_one_step(0.2, {0, 0, 0.01}, false), 0U) << "missing in one frame";
     EXPECT_EQ(swept_in_one_step(0.4, {0, 0, 0.01}, false), 0U) << "lost";
@@ -137,6 +137,30 @@ TEST(BladeSweep, AJumpOrAGapBeginsANewSweep) {
     const BladeEdge far{edge[0] + Vector3(0, 0, 0.019), edge[1] + Vector3(0, 0, 0.019)};
     (void)sweep.follow(0.08, next, torn);
     EXPECT_TRUE(sweep.follow(0.12, far, torn).triangles.empty()) << "a jump at rest";
+}
+
+TEST(BladeSweep, TellsOfTheWayThatItDoesNotCut) {
+    BladeSweep sweep({.longest_edge = cell / 2});
+    const BladeEdge edge{Vector3(0.01, 0.004, 0.0), Vector3(0.01, 0.006, 0.0)};
+    const auto moved = [&](double z) {
+        return BladeEdge{edge[0] + Vector3(0, 0, z), edge[1] + Vector3(0, 0, z)};
+    };
+    (void)sweep.follow(0, edge, at_rest);
+    EXPECT_FALSE(sweep.gap()) << "the first frame";
+    (void)sweep.follow(0.04, moved(0.01), at_rest);
+    EXPECT_FALSE(sweep.gap());
+    (void)sweep.follow(0.08, moved(0.035), at_rest);
+    ASSERT_TRUE(sweep.gap()) << "a jump";
+    EXPECT_NEAR(sweep.gap()->length, 0.025, 1e-12);
+    EXPECT_NEAR(sweep.gap()->before.front().z(), 0.01, 1e-12);
+    EXPECT_NEAR(sweep.gap()->after.front().z(), 0.035, 1e-12);
+    (void)sweep.follow(0.12, {}, at_rest);
+    EXPECT_FALSE(sweep.gap());
+    (void)sweep.follow(0.4, moved(0.036), at_rest);
+    EXPECT_TRUE(sweep.gap()) << "not seen for too long";
+    sweep.restart();
+    (void)sweep.follow(0.44, moved(0.07), at_rest);
+    EXPECT_FALSE(sweep.gap()) << "told to begin anew";
 }
 
 TEST(BladeSweep, ItsWorkIsBounded) {
