@@ -86,7 +86,7 @@ std::string phantom_resection_scene(const Truth& truth) {
         R"(  tools:
     - tool: Scalpel          # what its edge sweeps is cut: from the tool's sensor down
       blade_mm: [0, 0, 0, 0, 0, {:.4g}]
-  cut_interval_s: 0.5        # the cut opens within half a second, prepared between frames
+  cut_interval_s: 1          # the cut opens within a second, prepared between frames
 )",
         -1e3 * scalpel_edge);
     return tracked(
