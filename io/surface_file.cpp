@@ -152,6 +152,8 @@ void check_stl_is_whole(const fs::path& path) {
             fail("{}: does not end in endsolid: truncated", path.string());
         return;
     }
+    if (text.starts_with("solid") && text.size() < 84)
+        fail("{}: holds no facet, expected a surface", path.string());
     std::uint32_t triangles = 0;
     if (text.size() >= 84) std::memcpy(&triangles, text.data() + 80, 4);
     if (text.size() < 84 || (text.size() - 84) / 50 < triangles)
@@ -216,7 +218,8 @@ TriangleMesh read_surface(const fs::path& path, Space space) {
         if (p[t[0]] == p[t[1]] || p[t[1]] == p[t[2]] || p[t[2]] == p[t[0]]) continue;
         surface.triangles.push_back({number_of(t[0]), number_of(t[1]), number_of(t[2])});
     }
-    if (surface.triangles.empty()) fail("{}: holds no triangle, expected a surface", path.string());
+    if (surface.triangles.empty())
+        fail("{}: holds no triangle of three different corners, expected a surface", path.string());
     return surface;
 }
 

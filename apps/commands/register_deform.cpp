@@ -240,9 +240,10 @@ void print_found(const DeformedOrgan& found, const MeasuredOrgan& measured, Poin
                counted(measured.points.size(), "surface point"),
                counted(measured.landmarks.size(), "landmark"));
     fmt::print(
-        "distance         {:.2f} mm RMS before, {:.2f} mm by the best rigid motion (of four fifths "
-        "of the points), {:.2f} mm after; {:.2f} mm median\n",
-        1e3 * r.rms_before_m, 1e3 * found.rigid_rms_m, 1e3 * r.rms_m, 1e3 * r.median_m);
+        "distance         {:.2f} mm RMS before; after: {:.2f} mm median, {:.2f} mm RMS, outliers "
+        "included\nrigid            {:.2f} mm RMS by the best rigid motion, a fifth of the points "
+        "left out\n",
+        1e3 * r.rms_before_m, 1e3 * r.median_m, 1e3 * r.rms_m, 1e3 * found.rigid_rms_m);
     if (!r.landmarks_m.empty())
         fmt::print("landmarks        {:.2f} mm RMS, {:.2f} mm at most\n", 1e3 * r.landmark_rms_m,
                    1e3 * *std::ranges::max_element(r.landmarks_m));

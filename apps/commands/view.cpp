@@ -110,7 +110,10 @@ int view_recording(const ViewArguments& arguments) {
 
     // 3. outputs
     if (script) script->run(window, player.stage());
-    if (!arguments.screenshot.empty()) window.write_png(arguments.screenshot);
+    if (!arguments.screenshot.empty()) {
+        window.write_png(arguments.screenshot);
+        fmt::print("written      {}\n", arguments.screenshot.string());
+    }
     if (!arguments.record.empty()) {
         ProgressLine progress("record");
         player.record(arguments.record, arguments.rate_Hz, progress.callback());

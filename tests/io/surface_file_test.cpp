@@ -103,6 +103,7 @@ TEST(SurfaceFile, MalformedSurfacesAreErrors) {
     refuses("a.stl", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n",
             {"a.stl", "truncated"});
     refuses("a.stl", "short", {"a.stl", "truncated"});
+    refuses("a.stl", "solid a\nendsolid a\n", {"a.stl", "no facet"});
     refuses("a.step", "x", {"'.step'", ".stl"});
     EXPECT_TRUE(says(error_of([&] { read_surface(folder / "none.stl", Space::ras); }),
                      {"none.stl", "no such file"}));
