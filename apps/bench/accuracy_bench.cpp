@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/bench/accuracy_population.hpp"
 #include "apps/bench/accuracy_result.hpp"
 #include "apps/bench/accuracy_run.hpp"
 #include "apps/bench/benchmarks.hpp"
@@ -22,10 +23,12 @@ namespace {
 struct AccuracyArguments {
     int seeds = 100;
     int other_seeds = 10;    ///< of other bodies
+    int bodies = 10;         ///< drawn from the stated spreads
+    int body_seeds = 10;     ///< of each of them
     int limit_seeds = 20;    ///< of what limits the errors, at most
     int sensors = 6;         ///< at most
     int tets = 6000;         ///< of the model, P2
-    int truth_tets = 14000;  ///< of the truth, P2
+    int truth_tets = 10000;  ///< of the truth, P2
     std::filesystem::path json, csv, figure, calibration;
 };
 
@@ -53,15 +56,8 @@ AccuracySeries run_seeds(AccuracyModel& model, AccuracyCase c, int seeds,
 AccuracyTable fill_table(AccuracyModel& model, const PressedOrgan& organ,
                          const TrackerKind& tracker, const AccuracyArguments& arguments,
                          ProgressLine& progress, double from, double to) {
-    const std::vector<std::size_t> judged = judged_targets(organ.truth);
-    AccuracyTable table{tracker, {}, {}, {}};
-    for (std::size_t d = 0; d < organ.truth.depths.size(); ++d) {
-        table.depths_mm.push_back(1e3 * organ.truth.depths[d]);
-        double squares = 0;
-        for (const std::size_t i : judged)
-            squares += organ.truth.targets[i].displacement[d].squaredNorm();
-        table.motion_mm.push_back(1e3 * std::sqrt(squares / static_cast<double>(judged.size())));
-    }
+    AccuracyTable table{tracker, {}, true_motion_mm(organ.truth), {}};
+    for (const double depth : organ.truth.depths) table.depths_mm.push_back(1e3 * depth);
     const int most = arguments.sensors;
     for (int sensors = 1; sensors <= most; ++sensors)
         table.by_sensors.push_back(run_seeds(
@@ -149,7 +145,7 @@ std::vector<NamedSeries> press_other_bodies(const AccuracyArguments& arguments,
     std::vector<NamedSeries> all;
     for (const OtherBody& other : bodies) {
         const double done = static_cast<double>(&other - bodies) / std::size(bodies);
-        progress.update(0.7 + 0.2 * done, "other bodies: " + other.name);
+        progress.update(0.75 + 0.15 * done, "other bodies: " + other.name);
         const PhantomImages images = make_phantom_images(0.0015, other.image_seed);
         const PressedOrgan organ =
             press_organ(images, arguments.truth_tets, depths, {}, other.body);
@@ -168,12 +164,13 @@ std::vector<NamedSeries> press_other_bodies(const AccuracyArguments& arguments,
     return all;
 }
 
-void print_statement_verdict(const AccuracyVerdict& verdict) {
+/// `of`: what the cells are of.
+void print_statement_verdict(const AccuracyVerdict& verdict, std::string_view of) {
     fmt::print(
-        "\nthe 95 % radius covers 92 to 98 % of the errors, and its median is at most 2.5 times "
-        "theirs, "
-        "in {} of {} cells{}\n",
-        verdict.cells - static_cast<int>(verdict.lost.size()), verdict.cells,
+        "\n{}: the 95 % radius covers 92 to 98 % of the errors, and its median is at most 2.5 "
+        "times "
+        "theirs, in {} of {} cells{}\n",
+        of, verdict.cells - static_cast<int>(verdict.lost.size()), verdict.cells,
         verdict.lost.empty() ? "" : "; not in:");
     for (const std::string& cell : verdict.lost) fmt::print("  {}\n", cell);
 }
@@ -192,6 +189,62 @@ int print_verdict(const AccuracyVerdict& verdict) {
         verdict.lost.size(), verdict.cells);
     for (const std::string& cell : verdict.lost) fmt::print("  {}\n", cell);
     return 1;
+}
+
+/// What the benchmark found.
+struct AccuracyFindings {
+    std::vector<AccuracyTable> tables;
+    std::vector<AccuracyTable> population;  ///< of drawn bodies
+    std::vector<NamedSeries> other_bodies;
+    std::vector<NamedSeries> limits;
+};
+
+/// How the statement does: over drawn bodies, and on each body by itself.
+void judge_statements(AccuracyFindings& found, const std::vector<double>& depths,
+                      const AccuracyArguments& arguments, ProgressLine& progress) {
+    if (arguments.bodies > 0) {
+        found.population = press_population(
+            {arguments.bodies, arguments.body_seeds, arguments.sensors, arguments.tets,
+             arguments.truth_tets},
+            trackers, depths, [&](double fraction, std::string_view words) {
+                progress.update(0.5 + 0.25 * fraction, fmt::format("drawn bodies: {}", words));
+            });
+        print_population(found.population, arguments.bodies);
+        print_statement_verdict(judge_statement(found.population, {}), "drawn bodies");
+    }
+    if (arguments.other_seeds > 0) {
+        found.other_bodies = press_other_bodies(arguments, depths, progress);
+        print_other_bodies(found.other_bodies, found.tables.front().depths_mm);
+    }
+    print_statement_verdict(judge_statement(found.tables, found.other_bodies),
+                            "each body by itself");
+}
+
+void write_json(const std::filesystem::path& path, const PressedOrgan& organ,
+                const AccuracyModel& model, const AccuracyFindings& found) {
+    nlohmann::json result{{"truth", organ.truth.provenance},
+                          {"model_elements", "P2"},
+                          {"model_tets", model.mesh().tets.size()}};
+    const std::vector<double>& depths_mm = found.tables.front().depths_mm;
+    for (const AccuracyTable& t : found.tables) result["tables"].push_back(json_of(t));
+    for (const AccuracyTable& t : found.population) result["drawn_bodies"].push_back(json_of(t));
+    for (const NamedSeries& b : found.other_bodies)
+        result["other_bodies"].push_back(json_of(b, depths_mm));
+    for (const NamedSeries& l : found.limits) result["limits"].push_back(json_of(l, depths_mm));
+    write_text_file(path, result.dump(2) + "\n");
+}
+
+/// The calibration is drawn of the population where there is one: there the diagonal is the aim.
+void draw(const AccuracyArguments& arguments, const AccuracyFindings& found) {
+    const auto& calibrated = found.population.empty() ? found.tables : found.population;
+    const auto write = [](const std::filesystem::path& path, const auto& tables, auto chart) {
+        if (path.empty()) return;
+        std::vector<SpreadChart> charts;
+        for (const AccuracyTable& t : tables) charts.push_back(chart(t));
+        write_spread_picture(path, charts);
+    };
+    write(arguments.figure, found.tables, &chart_of);
+    write(arguments.calibration, calibrated, &calibration_chart_of);
 }
 
 /// Error at targets inside the pressed phantom, rigid-only and deforming, by tracker noise, depth
@@ -219,47 +272,27 @@ int bench_accuracy(const AccuracyArguments& arguments) {
                organ.truth.provenance, model.mesh().tets.size(), model.mesh().nodes.size(),
                judged_targets(organ.truth).size(), organ.truth.targets.size());
 
-    // 2. all cells, and the limits
-    std::vector<AccuracyTable> tables;
+    // 2. all cells, the statement, and the limits
+    AccuracyFindings found;
     for (const TrackerKind& tracker : trackers) {
-        const double from = 0.22 + 0.24 * static_cast<double>(tables.size());
-        tables.push_back(fill_table(model, organ, tracker, arguments, progress, from, from + 0.24));
-        print(tables.back());
-        print_statement(tables.back());
+        const double from = 0.22 + 0.14 * static_cast<double>(found.tables.size());
+        found.tables.push_back(
+            fill_table(model, organ, tracker, arguments, progress, from, from + 0.14));
+        print(found.tables.back());
+        print_statement(found.tables.back());
     }
-    std::vector<NamedSeries> other_bodies;
-    if (arguments.other_seeds > 0) {
-        other_bodies = press_other_bodies(arguments, organ.truth.depths, progress);
-        print_other_bodies(other_bodies, tables.front().depths_mm);
-    }
-    print_statement_verdict(judge_statement(tables, other_bodies));
-    const std::vector<double>& depths_mm = tables.front().depths_mm;
-    std::vector<NamedSeries> limits;
+    judge_statements(found, organ.truth.depths, arguments, progress);
     if (arguments.limit_seeds > 0) {
-        limits = find_limits(model, hierarchy, organ, images, tables, arguments, progress);
-        print(limits, depths_mm);
+        found.limits =
+            find_limits(model, hierarchy, organ, images, found.tables, arguments, progress);
+        print(found.limits, found.tables.front().depths_mm);
     }
 
     // 3. files and verdict
-    if (!arguments.json.empty()) {
-        nlohmann::json result{{"truth", organ.truth.provenance},
-                              {"model_elements", "P2"},
-                              {"model_tets", model.mesh().tets.size()}};
-        for (const AccuracyTable& t : tables) result["tables"].push_back(json_of(t));
-        for (const NamedSeries& b : other_bodies)
-            result["other_bodies"].push_back(json_of(b, depths_mm));
-        for (const NamedSeries& l : limits) result["limits"].push_back(json_of(l, depths_mm));
-        write_text_file(arguments.json, result.dump(2) + "\n");
-    }
-    if (!arguments.csv.empty()) write_text_file(arguments.csv, csv_of(tables));
-    for (const auto& [path, chart] : {std::pair(arguments.figure, &chart_of),
-                                      std::pair(arguments.calibration, &calibration_chart_of)}) {
-        if (path.empty()) continue;
-        std::vector<SpreadChart> charts;
-        for (const AccuracyTable& t : tables) charts.push_back(chart(t));
-        write_spread_picture(path, charts);
-    }
-    return print_verdict(judge(tables));
+    if (!arguments.json.empty()) write_json(arguments.json, organ, model, found);
+    if (!arguments.csv.empty()) write_text_file(arguments.csv, csv_of(found.tables));
+    draw(arguments, found);
+    return print_verdict(judge(found.tables));
 }
 
 }  // namespace
@@ -278,6 +311,15 @@ void add_accuracy_benchmark(CLI::App& bench, int& status) {
                      "runs of each cell with five other bodies, for the stated errors; 0: none")
         ->capture_default_str()
         ->check(CLI::Range(0, 100000));
+    command
+        ->add_option("--bodies", a->bodies,
+                     "bodies drawn from the spreads that the scene states, for the stated errors; "
+                     "0: none")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 1000));
+    command->add_option("--body-seeds", a->body_seeds, "runs of each cell with each drawn body")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 1000));
     command
         ->add_option("--limit-seeds", a->limit_seeds,
                      "runs of each cell, at most, where causes of the errors are taken away one by "

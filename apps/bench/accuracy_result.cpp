@@ -182,6 +182,16 @@ void print_statement(const AccuracyTable& t) {
         }
 }
 
+void print_population(const std::vector<AccuracyTable>& tables, int bodies) {
+    fmt::print(
+        "\nbodies drawn from the spreads that the scene states: {}, all runs together in a cell\n",
+        bodies);
+    for (const AccuracyTable& t : tables) {
+        print(t);
+        print_statement(t);
+    }
+}
+
 void print(const std::vector<NamedSeries>& limits, const std::vector<double>& depths_mm) {
     fmt::print(
         "\nwhat limits it: mean errors, mm: of the registration alone (any press), and deforming "

@@ -62,6 +62,8 @@ AccuracyVerdict judge_statement(const std::vector<AccuracyTable>& tables,
 void print(const AccuracyTable& table);
 /// How the stated errors compare with the true ones.
 void print_statement(const AccuracyTable& table);
+/// The errors and the statement over `bodies` drawn bodies, a table for each tracker.
+void print_population(const std::vector<AccuracyTable>& tables, int bodies);
 void print(const std::vector<NamedSeries>& limits, const std::vector<double>& depths_mm);
 /// The statement on bodies that are not as the model takes them to be.
 void print_other_bodies(const std::vector<NamedSeries>& bodies,

@@ -176,6 +176,18 @@ std::vector<std::size_t> judged_targets(const Truth& truth) {
     return judged;
 }
 
+std::vector<double> true_motion_mm(const Truth& truth) {
+    const std::vector<std::size_t> judged = judged_targets(truth);
+    std::vector<double> motion;
+    for (std::size_t d = 0; d < truth.depths.size(); ++d) {
+        double squares = 0;
+        for (const std::size_t i : judged)
+            squares += truth.targets[i].displacement[d].squaredNorm();
+        motion.push_back(1e3 * std::sqrt(squares / static_cast<double>(judged.size())));
+    }
+    return motion;
+}
+
 Scene accuracy_scene() {
     Scene scene = phantom_scene(TimeScheme::newmark);
     scene.strain = "neohookean";  // this and the elements as in the phantom's scene

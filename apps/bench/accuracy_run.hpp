@@ -40,6 +40,9 @@ std::array<double, 19> stated_probabilities();
 /// Targets that are judged at all depths: those that move by more than a fifth of a press of 15 mm.
 std::vector<std::size_t> judged_targets(const Truth& truth);
 
+/// How far they truly move at each depth, RMS, mm.
+std::vector<double> true_motion_mm(const Truth& truth);
+
 /// The phantom's scene as `livetet track` runs it.
 Scene accuracy_scene();
 

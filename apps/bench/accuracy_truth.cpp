@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "apps/bench/realtime_cases.hpp"
 #include "apps/phantom/phantom.hpp"
 #include "apps/phantom/phantom_shape.hpp"
 #include "apps/phantom/phantom_truth.hpp"
@@ -78,8 +79,9 @@ PressedOrgan press_organ(const PhantomImages& images, int tets, std::vector<doub
     for (const Vector3& place : places)
         for (const Vector3& p : places_around(place))
             points.push_back({fmt::format("S{}", points.size()), p});
+    const PatchGrading at_presser{{{places.front(), body.patch_radius}}};
     solve_truth(
-        with_quadratic_level(mesh_for_truth(images.labels, images.fixed_mask, tets, progress)),
+        with_quadratic_level(mesh_phantom(images, {"truth", tets, 0, 0, 0}, progress, at_presser)),
         points, organ.truth, progress, rounded_press(body.patch_radius, body.poisson));
 
     auto next = organ.truth.targets.begin() + static_cast<std::ptrdiff_t>(targets.size());

@@ -36,7 +36,8 @@ struct TrueBody {
 };
 
 /// Computes targets and sensors at each of the depths (m, rising, above 0) with P2 tets of a
-/// neo-Hookean material; about `tets` on the finest level. Needs a PetscSession. Throws Error as
+/// neo-Hookean material; about `tets` on the finest level, with shorter edges at the presser: even
+/// ones would share much of the error of the model's mesh. Needs a PetscSession. Throws Error as
 /// solve_truth does.
 PressedOrgan press_organ(const PhantomImages& images, int tets, std::vector<double> depths,
                          const ProgressCallback& progress = {}, const TrueBody& body = {});

@@ -104,9 +104,13 @@ TargetResponses::TargetResponses(const Scene& scene, MeshHierarchy hierarchy,
         const double ratio = edge_of(mesh) / edge_of(coarse_.levels.front());
         constexpr double largest_ratio = 0.8;  // nearer sizes tell nothing of their error's order
         if (extrapolates() && ratio > largest_ratio) coarse_ = {};
-        // Richardson: with an error c h, G_h - G_H = c (h - H), so that G - G_h is
-        // -h / (H - h) of G_H - G_h.
-        coarse_share_ = extrapolates() ? -ratio / (1 - ratio) : ratio;
+        // Richardson: with an error c h^p, G_h - G_H = c (h^p - H^p), so that G - G_h is
+        // -h^p / (H^p - h^p) of G_H - G_h. The orders p are those of even meshes at the rim of a
+        // patch (docs/theory/elements.md).
+        constexpr double order_of_ten_nodes = 1.3, order_of_hexahedra = 1;
+        const double power =
+            std::pow(ratio, is_grid(hierarchy_) ? order_of_hexahedra : order_of_ten_nodes);
+        coarse_share_ = extrapolates() ? -power / (1 - power) : ratio;
     }
     edge_ = edge_of(mesh);
     for (std::size_t i = 0; i < scene_.materials.size(); ++i)

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/bench/accuracy_population.hpp"
 #include "apps/bench/accuracy_result.hpp"
 #include "apps/phantom/phantom_shape.hpp"
 #include "apps/phantom/phantom_truth.hpp"
@@ -155,6 +156,53 @@ TEST_F(Accuracy, TheSharesWithinStatedProbabilitiesRiseToTheCoverage) {
     const std::string csv = csv_of({table});
     EXPECT_NE(csv.find(",radius_95_mm,within_5,"), std::string::npos) << csv;
     EXPECT_NE(csv.find(",within_95\n"), std::string::npos);
+}
+
+TEST(AccuracyPopulation, HasTheStatedSpreadsAndEachPartOfThemOnce) {
+    const auto bodies = draw_bodies(10);
+    ASSERT_EQ(bodies.size(), 10u);
+    const TrueBody usual;
+    std::vector<double> poisson, radius;
+    for (const DrawnBody& b : bodies) {
+        poisson.push_back((b.body.poisson - usual.poisson) / stated_poisson_spread);
+        radius.push_back((b.body.patch_radius / usual.patch_radius - 1) / stated_radius_share);
+        EXPECT_GT(b.mesh_share, 0.8);
+        EXPECT_LT(b.mesh_share, 1.25);
+    }
+    EXPECT_NE(poisson, radius) << "not the same part of each";
+    for (std::vector<double>* values : {&poisson, &radius}) {
+        std::ranges::sort(*values);
+        // medians of ten equally likely parts of a standard normal distribution, from a table
+        const double expected[] = {0.12566, 0.38532, 0.67449, 1.03643, 1.64485};
+        for (std::size_t i = 0; i < 5; ++i) {
+            EXPECT_NEAR((*values)[5 + i], expected[i], 1e-5);
+            EXPECT_NEAR((*values)[4 - i], -expected[i], 1e-5);
+        }
+    }
+}
+
+TEST(AccuracyPopulation, HasAllRunsOfABodyInEachCell) {
+    const TrackerKind trackers[] = {{1.4, 0.5}, {0.5, 0.2}};
+    std::vector<std::string> said;
+    const auto tables =
+        press_population({1, 2, 2, 1500, 1500}, trackers, {0.008, 0.015},
+                         [&](double, std::string_view words) { said.emplace_back(words); });
+    ASSERT_EQ(tables.size(), 2u);
+    for (const AccuracyTable& t : tables) {
+        EXPECT_EQ(t.depths_mm, (std::vector<double>{8, 15}));
+        EXPECT_GT(t.motion_mm[1], 1.5 * t.motion_mm[0]);
+        ASSERT_EQ(t.by_sensors.size(), 2u);
+        for (const AccuracySeries& cell : t.by_sensors) {
+            ASSERT_EQ(cell.runs.size(), 2u);
+            EXPECT_NE(cell.runs[0][1].rigid, cell.runs[1][1].rigid) << "seeds of their own";
+            for (const auto& run : cell.runs) {
+                EXPECT_GT(run[1].by_source[static_cast<std::size_t>(ErrorSource::materials)], 0)
+                    << "the scene states a spread";
+                EXPECT_LT(run[1].deforming, run[1].rigid);
+            }
+        }
+    }
+    EXPECT_NE(said.back().find("body 1 of 1"), std::string::npos) << said.back();
 }
 
 }  // namespace
