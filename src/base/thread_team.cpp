@@ -1,5 +1,6 @@
 #include "base/thread_team.hpp"
 
+#include <algorithm>
 #include <chrono>
 
 #if defined(__x86_64__)
@@ -29,6 +30,7 @@ void spin(int k) {
 }  // namespace
 
 ThreadTeam::ThreadTeam(int threads) {
+    threads = std::min(threads, static_cast<int>(max_tasks));
     for (int t = 1; t < threads; ++t) workers_.emplace_back([this, t] { serve(t); });
 }
 
@@ -46,7 +48,10 @@ void ThreadTeam::start(Call call, void* work) {
     // Sequentially consistent, like a worker's last check before it sleeps: at least one of the two
     // sees the other's store.
     round_.fetch_add(1, std::memory_order_seq_cst);
-    if (asleep_.load(std::memory_order_seq_cst) > 0) round_.notify_all();
+    // Workers that are awake, but not yet on a core, are not woken once more.
+    if (asleep_.load(std::memory_order_seq_cst) > 0 &&
+        asleep_.exchange(0, std::memory_order_seq_cst) > 0)
+        round_.notify_all();
 }
 
 void ThreadTeam::finish(std::size_t workers) {
@@ -78,7 +83,6 @@ void ThreadTeam::serve(int thread) {
             if (now - since < std::chrono::milliseconds(2)) continue;
             asleep_.fetch_add(1, std::memory_order_seq_cst);
             round_.wait(seen, std::memory_order_seq_cst);
-            asleep_.fetch_sub(1, std::memory_order_seq_cst);
         }
         seen = round_.load(std::memory_order_acquire);
         if (!join(seen)) continue;

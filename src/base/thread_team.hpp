@@ -16,11 +16,11 @@ namespace livetet {
 /// no blocking call.
 ///
 /// Tasks and pieces are done by whoever is there: a worker that another program keeps off its core,
-/// or that sleeps, is not waited for unless it has begun one. So on a busy machine a call takes
+/// or that sleeps, is not waited for unless it has joined in. So on a busy machine a call takes
 /// no more time than the caller would take alone, and what is left of a task that was begun.
 class ThreadTeam {
   public:
-    /// `threads` >= 1. With 1 no thread is started and `run` is a plain call.
+    /// `threads` >= 1; at most max_tasks are made. With 1 none starts, and `run` is a plain call.
     explicit ThreadTeam(int threads = 1);
     ~ThreadTeam();
     ThreadTeam(const ThreadTeam&) = delete;

@@ -127,6 +127,18 @@ TEST_P(ThreadTeamOf, DoesEachTaskOnce) {
     });
 }
 
+TEST(ThreadTeam, HasNoMoreThreadsThanTasksCanBeTold) {
+    in_time([] {
+        ThreadTeam team(70);
+        EXPECT_EQ(team.size(), static_cast<int>(ThreadTeam::max_tasks));
+        std::vector<int> visits(1000);
+        team.run_pieces(visits.size(), 1, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t k = begin; k < end; ++k) ++visits[k];
+        });
+        EXPECT_EQ(visits, std::vector<int>(1000, 1));
+    });
+}
+
 TEST(ThreadTeam, TakesTheTasksOfAThreadThatIsHeldUp) {
     in_time([] {
         ThreadTeam team(2);
