@@ -34,7 +34,7 @@ namespace {
 
 using nlohmann::json;
 
-/// What blades cut, nothing included.
+/// Summary of the cuts; zeros if nothing was cut.
 json cuts_json(const FrameState& last) {
     const CutMesh none, &cut = last.cut ? *last.cut : none;
     return {{"openings", cut.openings},

@@ -76,8 +76,8 @@ void BladeCuts::follow(double time_s, std::span<const std::optional<BladeEdge>> 
 void BladeCuts::count_gap(const BladeSweep& sweep) {
     const auto& gap = sweep.gap();
     const auto is_inside = [&](const Vector3& place) { return cuttable_->holds(place); };
-    if (!gap || std::ranges::none_of(gap->before, is_inside) ||
-        std::ranges::none_of(gap->after, is_inside))
+    if (!gap || gap->length < cuttable_->cell_edge() ||
+        std::ranges::none_of(gap->before, is_inside) || std::ranges::none_of(gap->after, is_inside))
         return;
     ++gaps_.count;
     gaps_.length += gap->length;

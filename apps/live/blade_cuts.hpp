@@ -25,7 +25,8 @@ struct CutMesh {
     double prepared_s = 0;        ///< longest time of preparing one, between frames or in one
 };
 
-/// Ways of blades through the body that cut nothing, since they were too long between two frames.
+/// Blade paths in the body that were not cut, because they were too long, or took too long, between
+/// two frames.
 struct BladeGaps {
     std::size_t count = 0;
     double length = 0;  ///< of all together, of the blades' ends, m
@@ -79,7 +80,7 @@ class BladeCuts {
     void restart();
     /// Number of pairs of neighbouring cells that were parted.
     std::size_t parted() const { return cuttable_->parted(); }
-    /// Gaps before and after which a blade was in the body, so far.
+    /// Gaps so far: of at least a cell's edge, with the blade in the body before and after.
     const BladeGaps& gaps() const { return gaps_; }
 
   private:

@@ -59,7 +59,7 @@ struct RunCuts {
     std::size_t pieces = 1, free_pieces = 0;  ///< of the body at the end; see CutMesh
     double longest_ms = 0;                    ///< longest time that an opening took of a frame
     double prepared_ms = 0;                   ///< longest time that preparing one took
-    std::size_t gaps = 0;                     ///< ways of blades that cut nothing; see BladeGaps
+    std::size_t gaps = 0;                     ///< blade paths that were not cut; see BladeGaps
     double gaps_mm = 0;                       ///< their length, all together
 };
 

@@ -85,8 +85,10 @@ void TrackedBody::cut_by_blades() {
     const bool has_told = std::exchange(frame_.blade_gaps, c.cuts.gaps()).count > 0;
     if (frame_.blade_gaps.count > 0 && !has_told)
         log_warning(fmt::format(
-            "a blade moved {:.0f} mm in the organ from a frame to the next in which it was seen: "
-            "nothing is cut there. More such gaps are counted in the status line and the report.",
+            "a blade moved {:.0f} mm in the organ between two frames in which it was seen, too far "
+            "or "
+            "too late to be cut (limits: 20 mm; 0.25 s unseen, 0.5 s without a frame). Status line "
+            "and report count such gaps",
             1e3 * frame_.blade_gaps.length));
     if (c.cuts.is_due(frame_.time_s)) {
         const double opens_s = c.cuts.begin();

@@ -64,7 +64,7 @@ std::string slip_verdict(const Report& r) {
 
 std::string cuts_verdict(const RunInfo& run) {
     const RunCuts& c = *run.cuts;
-    std::string text = "Cuts: none: no blade crossed the organ.";
+    std::string text = "Cuts: none opened.";
     if (c.openings > 0) {
         text = fmt::format(
             "Cuts: blades parted {} of neighbouring cells and doubled {}, opened {}, in at most "
@@ -79,14 +79,14 @@ std::string cuts_verdict(const RunInfo& run) {
     }
     if (c.longest_ms > run.budget_ms)
         text += fmt::format(
-            " That is more than the budget of a frame, {:.0f} ms: a longer track.cut_interval_s "
-            "leaves more time to prepare.",
+            " The longest opening took more than the {:.0f} ms of a frame: a longer "
+            "track.cut_interval_s leaves more time to prepare.",
             run.budget_ms);
     if (c.gaps > 0)
         text += fmt::format(
-            " NOT cut: {} of the blades' ways in the organ, {:.0f} mm, each too long between two "
-            "frames in which the blade was seen.",
-            counted(c.gaps, "part"), c.gaps_mm);
+            " NOT cut: {}, {:.0f} mm in all, too long between two frames in which the blade was "
+            "seen.",
+            counted(c.gaps, "blade path"), c.gaps_mm);
     return text;
 }
 

@@ -16,12 +16,12 @@ using BladeEdge = std::array<Vector3, 2>;
 struct BladeSweepOptions {
     double longest_edge = 0.001;  ///< of the triangles, m: half a cell
     double longest_step = 0.02;   ///< of the blade's ends between two frames, m
-    /// Between two frames in which the blade is seen: with others between them, in which it is not,
-    /// and without, where frames were missed.
-    double longest_gap_s = 0.25, longest_miss_s = 1;
+    /// Between two frames in which the blade is seen: with frames between them in which it is not,
+    /// and without, where frames were missed. A pose estimator takes any pose after the latter.
+    double longest_gap_s = 0.25, longest_miss_s = 0.5;
 };
 
-/// A way of a blade that was too long, or took too long, to be a sweep.
+/// A path of a blade between two frames that was too long, or took too long, to be cut.
 struct BladeGap {
     double length = 0;                   ///< of the ends of the blade, in the image, m
     std::vector<Vector3> before, after;  ///< rest places along the blade where it was seen, m

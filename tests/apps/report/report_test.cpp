@@ -408,17 +408,18 @@ TEST(Report, SaysWhatBladesCutAndWhatNot) {
     };
     EXPECT_EQ(sentence(), "") << "the scene has no blade";
     report.run.cuts.emplace();
-    EXPECT_EQ(sentence(), "Cuts: none: no blade crossed the organ.");
+    EXPECT_EQ(sentence(), "Cuts: none opened.");
+    report.run.cuts->gaps = 1;
+    EXPECT_TRUE(sentence().starts_with("Cuts: none opened. NOT cut: 1 blade path,")) << sentence();
     report.run.cuts = {.openings = 2, .parted = 40, .nodes_added = 50, .longest_ms = 12};
     EXPECT_TRUE(sentence().ends_with("the body still hangs together.")) << sentence();
     report.run.cuts->longest_ms = 45;
-    EXPECT_NE(sentence().find("budget of a frame, 30 ms: a longer track.cut_interval_s"),
+    EXPECT_NE(sentence().find("the 30 ms of a frame: a longer track.cut_interval_s"),
               std::string::npos)
         << sentence();
     report.run.cuts->gaps = 2;
     report.run.cuts->gaps_mm = 31;
-    EXPECT_NE(sentence().find("NOT cut: 2 parts of the blades' ways in the organ, 31 mm"),
-              std::string::npos)
+    EXPECT_NE(sentence().find("NOT cut: 2 blade paths, 31 mm in all"), std::string::npos)
         << sentence();
 }
 

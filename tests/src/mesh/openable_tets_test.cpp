@@ -187,8 +187,6 @@ TEST(TetLinks, TheSameTetTwiceIsNoLink) {
     }
 }
 
-/// Places stay in their tets, also where nodes moved onto the cut: fields that are linear in the
-/// opened mesh are found exactly, and so is the piece that a place is in.
 TEST(OpenableTets, HoldThePlacesInTheirTets) {
     const OpenableTets tets({test::block({3, 3, 3}, {0.03, 0.03, 0.03})}, "box");
     EXPECT_TRUE(tets.holds({0.011, 0.022, 0.029}));
@@ -196,6 +194,8 @@ TEST(OpenableTets, HoldThePlacesInTheirTets) {
     EXPECT_FALSE(tets.holds({-0.001, 0.022, 0.029}));
 }
 
+/// Places stay in their tets, also where nodes moved onto the cut: fields that are linear in the
+/// opened mesh are found exactly, and so is the piece that a place is in.
 TEST(OpenableTets, PlacesStayInTheirTets) {
     const std::vector<TetMesh> levels = box_levels();
     const TetMesh& before = levels.front();

@@ -120,8 +120,8 @@ std::size_t swept_in_one_step(double seconds, const Vector3& way, bool is_seen_b
 TEST(BladeSweep, AJumpOrAGapBeginsANewSweep) {
     EXPECT_GT(swept_in_one_step(0.04, {0, 0, 0.019}), 0U);
     EXPECT_EQ(swept_in_one_step(0.04, {0, 0, 0.021}), 0U) << "a jump";
-    EXPECT_GT(swept_in_one_step(0.99, {0, 0, 0.01}), 0U) << "frames were missed";
-    EXPECT_EQ(swept_in_one_step(1.01, {0, 0, 0.01}), 0U) << "a gap";
+    EXPECT_GT(swept_in_one_step(0.49, {0, 0, 0.01}), 0U) << "frames were missed";
+    EXPECT_EQ(swept_in_one_step(0.51, {0, 0, 0.01}), 0U) << "a gap";
     EXPECT_EQ(swept_in_one_step(-0.04, {0, 0, 0.01}), 0U) << "time goes back";
     EXPECT_GT(swept_in_one_step(0.2, {0, 0, 0.01}, false), 0U) << "missing in one frame";
     EXPECT_EQ(swept_in_one_step(0.4, {0, 0, 0.01}, false), 0U) << "lost";
