@@ -23,7 +23,7 @@ say "5. how far off it was: the report, with the truth that track never read"
 
 say "6. the pressed organ once more, without a sensor: a stylus is led over it, and the deformation is found meanwhile"
 # 3: not converged. Then the report says so, and the demo goes on.
-"$livetet" register --deform sweep.yaml --live --surface-points sweep.igs.mha --tip tip.json --registration registration.json || [ $? -eq 3 ]
+"$livetet" register --deform sweep.yaml --live --surface-points sweep.igs.mha --tip tip.json --registration registration.json || { status=$?; [ $status -eq 3 ] || exit $status; }
 "$livetet" report swept.h5 --truth truth/truth.json
 
 say "7. a resection: on a grid of the image's voxels a tracked scalpel cuts the organ, then the sensor presses it beside the cut"
