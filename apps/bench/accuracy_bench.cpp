@@ -164,13 +164,13 @@ std::vector<NamedSeries> press_other_bodies(const AccuracyArguments& arguments,
     return all;
 }
 
-/// `of`: what the cells are of.
-void print_statement_verdict(const AccuracyVerdict& verdict, std::string_view of) {
+/// `group`: of bodies.
+void print_statement_verdict(const AccuracyVerdict& verdict, std::string_view group) {
     fmt::print(
         "\n{}: the 95 % radius covers 92 to 98 % of the errors, and its median is at most 2.5 "
         "times "
         "theirs, in {} of {} cells{}\n",
-        of, verdict.cells - static_cast<int>(verdict.lost.size()), verdict.cells,
+        group, verdict.cells - static_cast<int>(verdict.lost.size()), verdict.cells,
         verdict.lost.empty() ? "" : "; not in:");
     for (const std::string& cell : verdict.lost) fmt::print("  {}\n", cell);
 }
@@ -316,7 +316,7 @@ void add_accuracy_benchmark(CLI::App& bench, int& status) {
                      "bodies drawn from the spreads that the scene states, for the stated errors; "
                      "0: none")
         ->capture_default_str()
-        ->check(CLI::Range(0, 1000));
+        ->check(CLI::Range(0, most_drawn_bodies));
     command->add_option("--body-seeds", a->body_seeds, "runs of each cell with each drawn body")
         ->capture_default_str()
         ->check(CLI::Range(1, 1000));
@@ -341,7 +341,7 @@ void add_accuracy_benchmark(CLI::App& bench, int& status) {
                       "draw errors and their spread against the depth of the press to this PNG");
     add_figure_option(*command, "--calibration", a->calibration,
                       "draw the share of the errors that are no larger than stated with each "
-                      "probability to this PNG");
+                      "probability to this PNG: of drawn bodies, unless --bodies is 0");
     command->callback([a, &status] {
         check_output_files({a->json, a->csv});
         check_figures({a->figure, a->calibration});
