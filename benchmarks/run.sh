@@ -93,7 +93,7 @@ latency() { measure latency latency $(full '' '--for 3 --tets 3000') --json "$ou
 view() { measure view view $(full '' '--for 1 --stretches 1 --tets 3000') --json "$out/view.json"; }
 warp() { measure warp warp $(full '' '--size 64 --tets 3000 --repeats 1') --json "$out/warp.json"; }
 accuracy() {
-    measure accuracy accuracy $(full '--seeds 8 --other-seeds 5 --bodies 10 --body-seeds 4 --limit-seeds 4' '--seeds 1 --other-seeds 1 --bodies 1 --body-seeds 1 --limit-seeds 1 --sensors 2 --tets 1500 --truth-tets 1500') --csv "$out/accuracy.csv" \
+    measure accuracy accuracy $(full '--seeds 8 --other-seeds 5 --bodies 10 --body-seeds 4 --limit-seeds 4' '--seeds 1 --other-seeds 1 --bodies 1 --body-seeds 1 --limit-seeds 1 --sensors 2 --tets 800 --truth-tets 600') --csv "$out/accuracy.csv" \
         --figure "$out/accuracy.png" --calibration "$out/calibration.png"
 }
 registration() {
