@@ -164,12 +164,11 @@ std::vector<NamedSeries> press_other_bodies(const AccuracyArguments& arguments,
     return all;
 }
 
-/// `group`: of bodies.
+/// `group`: names the bodies whose cells were judged.
 void print_statement_verdict(const AccuracyVerdict& verdict, std::string_view group) {
     fmt::print(
         "\n{}: the 95 % radius covers 92 to 98 % of the errors, and its median is at most 2.5 "
-        "times "
-        "theirs, in {} of {} cells{}\n",
+        "times theirs, in {} of {} cells{}\n",
         group, verdict.cells - static_cast<int>(verdict.lost.size()), verdict.cells,
         verdict.lost.empty() ? "" : "; not in:");
     for (const std::string& cell : verdict.lost) fmt::print("  {}\n", cell);
