@@ -6,14 +6,12 @@
 #include <cmath>
 
 #include "base/piece_sums.hpp"
+#include "solvers/linear/single_grain.hpp"
 #include "solvers/parallel/sum_over_ranks.hpp"
 
 namespace livetet {
 
 namespace {
-
-/// Least number of components for which a further thread is woken.
-constexpr std::size_t grain = 1000;
 
 /// A solution is left out if newer ones leave of it at most a part of its square in G. That is as
 /// much as A changed, as the last combination showed, within these bounds: along the rest the
@@ -22,7 +20,7 @@ constexpr double min_rest = 1e-6, max_rest = 1e-2;
 
 void round_to(std::vector<float>& to, Vec from, ThreadTeam& team) {
     const ReadArray values(from);
-    team.run_pieces(to.size(), grain, [&](std::size_t begin, std::size_t end) {
+    team.run_pieces(to.size(), single_grain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) to[i] = static_cast<float>(values[i]);
     });
 }
@@ -85,7 +83,7 @@ std::optional<EarlierSolves::Numbers> EarlierSolves::combination(Vec b) const {
 template <class Scalar>
 void EarlierSolves::combine(const Numbers& c, std::span<Scalar> x) const {
     const Eigen::Vector<Scalar, max_solutions> share = c.cast<Scalar>();
-    team_.run_pieces(solutions_[0].size(), grain, [&](std::size_t begin, std::size_t end) {
+    team_.run_pieces(solutions_[0].size(), single_grain, [&](std::size_t begin, std::size_t end) {
         constexpr std::size_t piece = 1536;  // of x, which stays in the cache
         for (std::size_t first = begin; first < end; first += piece) {
             const std::size_t last = std::min(end, first + piece);
@@ -121,7 +119,7 @@ bool EarlierSolves::find_start(Mat A, Vec b) {
     if (a == 0) return false;
     const ReadArray from(b);
     WriteArray x(start_.get()), rest(rest_.get());
-    team_.run_pieces(x.span().size(), grain, [&](std::size_t begin, std::size_t end) {
+    team_.run_pieces(x.span().size(), single_grain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             x[i] *= a;
             rest[i] = from[i] - a * rest[i];
@@ -146,7 +144,7 @@ double EarlierSolves::find_start(SingleSystem& A, Vec b, std::span<float> start,
         });
     const double a = length(*c, along[0], along[1]);
     if (a == 0) return 0;
-    team_.run_pieces(size, grain, [&](std::size_t begin, std::size_t end) {
+    team_.run_pieces(size, single_grain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
             rest[i] = static_cast<float>(from[i] - a * rest[i]);
     });

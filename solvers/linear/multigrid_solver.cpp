@@ -134,7 +134,7 @@ bool MultigridSolver::options_want_matrix(std::size_t levels) const {
     const std::string given = all;
     LIVETET_PETSC(PetscFree(all));
     const auto names = [&](const std::string& option) {
-        return given.find("-" + prefix() + option);
+        return given.find(fmt::format("-{}{}", prefix(), option));
     };
     for (const std::string& option :
          {std::string("pc_type"), std::string("pc_mg_"), fmt::format("mg_levels_{}_", levels - 1)})

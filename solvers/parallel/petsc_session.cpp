@@ -37,13 +37,12 @@ void check_may_begin() {
 
 }  // namespace
 
-PetscSession::PetscSession(std::string program, std::vector<std::string> petsc_arguments)
-    : arguments_(std::move(petsc_arguments)) {
+PetscSession::PetscSession(std::string program, std::vector<std::string> petsc_arguments) {
     check_may_begin();
-    options_were_given = options_were_given || !arguments_.empty();
+    options_were_given = options_were_given || !petsc_arguments.empty();
     // Signals are the program's own; first, so that an option given can say otherwise.
-    arguments_.insert(arguments_.begin(), "-no_signal_handler");
-    arguments_.insert(arguments_.begin(), std::move(program));
+    arguments_ = {std::move(program), "-no_signal_handler"};
+    std::move(petsc_arguments.begin(), petsc_arguments.end(), std::back_inserter(arguments_));
     std::vector<char*> pointers;
     for (std::string& a : arguments_) pointers.push_back(a.data());
     pointers.push_back(nullptr);
