@@ -319,7 +319,8 @@ TEST(Solve, WhoEndsItLeavesTheOlderResultAndNoPartOfANewOne) {
                "done\nkill -$signal $!\nwait $!\n");
     std::filesystem::permissions(folder / "ended", std::filesystem::perms::owner_all);
     for (const int signal : {SIGTERM, SIGHUP}) {
-        const auto outcome = livetet(folder, "solve long.yaml", fmt::format("./ended {}", signal));
+        const auto outcome = livetet(folder, "solve long.yaml",
+                                     fmt::format("env --default-signal ./ended {}", signal));
         EXPECT_EQ(outcome.status, 128 + signal) << outcome.err;
         EXPECT_EQ(outcome.err.find("PETSC"), std::string::npos) << outcome.err;
         for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
