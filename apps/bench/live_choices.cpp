@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "apps/scene/body_factory.hpp"
+#include "apps/scene/model_limits.hpp"
 #include "apps/scene/scene_forces.hpp"
 #include "apps/simulation/scene_run.hpp"
 #include "base/error.hpp"
@@ -103,7 +104,7 @@ class LiveRun {
           points_(points),
           body_(at_equilibrium(scene, candidate.elements, SolverKind::live),
                 levels_from(hierarchy, candidate.level), Use::track, press),
-          controls_{.newton_iterations = scene.track->newton_iterations,
+          controls_{.newton_iterations = newton_iterations_of_frame(scene),
                     .linear_tolerance = scene.solver.relative_tolerance},
           sampler_(body_.mesh(), points.places, Outside::extrapolated),
           u_(body_.mesh().nodes.size()) {

@@ -11,16 +11,10 @@ std::string known_limit_of_frames(const StabilityCase& c, const StabilityColumn&
     const bool is_finite_strain = column.strain->kinematics() == Kinematics::finite_strain;
     const bool is_newmark = column.scheme == TimeScheme::newmark;
     const bool is_folding = c.motion == PatchMotion::turn || c.motion == PatchMotion::jump;
-    const bool is_mixed =
-        has_cell_pressures(column.way) || (!is_of_hexahedra(column.way) && c.poisson >= 0.49);
     if (is_folding && has_cell_pressures(column.way) &&
         column.strain->kinematics() == Kinematics::corotated)
         return "cells fold without an inverted middle, and frames with pressures leave some in "
                "another equilibrium, of a hundredth of the greatest energy";
-    if (swings && is_mixed && is_newmark && c.poisson >= 0.499)
-        return "near nu = 0.5 one Newton iteration a frame leaves an error that Newmark's scheme, "
-               "which has no numerical damping, does not remove; two (track.linearisations: 2), or "
-               "generalized_alpha, bring these bodies to rest";
     if (swings && has_cell_pressures(column.way) && is_newmark &&
         (c.start != StartState::rest || (is_finite_strain && c.step_s <= 1e-5)))
         return "with pressures, frames damp by shear alone, and Newmark's scheme does not damp "

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "apps/scene/model_limits.hpp"
 #include "apps/simulation/scene_run.hpp"
 #include "base/error.hpp"
 #include "base/stopwatch.hpp"
@@ -178,7 +179,7 @@ class Trial {
         const auto start = Clock::now();
         move(1);
         const StepReport report = body_.body->advance(
-            dt, {.newton_iterations = 1,
+            dt, {.newton_iterations = newton_iterations_of_frame(scene_),
                  .linear_tolerance = scene_.solver.relative_tolerance,
                  .deadline = Deadline::after(start, limits_.budget_s - tail_s_)});
         tail_s_ = std::max(0.95 * tail_s_,

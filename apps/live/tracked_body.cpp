@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "apps/live/start_state.hpp"
+#include "apps/scene/model_limits.hpp"
 #include "apps/scene/scene_forces.hpp"
 #include "base/stopwatch.hpp"
 #include "mesh/quadratic.hpp"
@@ -156,7 +157,7 @@ const Frame& TrackedBody::advance(const TrackerSample& sample, FrameLimits limit
     last_time_s_ = sample.time_s;
     if (!(dt > 0)) return frame_;
     if (limits.deadline) limits.deadline = limits.deadline->earlier_by(tail_s_);
-    frame_.step = body_.body->advance(dt, {.newton_iterations = scene_.track->newton_iterations,
+    frame_.step = body_.body->advance(dt, {.newton_iterations = newton_iterations_of_frame(scene_),
                                            .linear_tolerance = scene_.solver.relative_tolerance,
                                            .max_iterations = limits.max_iterations,
                                            .deadline = limits.deadline,

@@ -124,6 +124,15 @@ Findings findings_of(const Scene& scene, const TetMesh& mesh, std::span<const Ve
     return found;
 }
 
+std::vector<Material>::const_iterator least_compressible(const Scene& scene) {
+    return std::ranges::max_element(scene.materials, {}, &Material::poisson);
+}
+
+/// Whether Newmark's steps do not damp what one Newton iteration leaves of the volume's forces.
+bool may_swing(const Scene& scene) {
+    return scene.time.scheme == TimeScheme::newmark && least_compressible(scene)->poisson >= 0.499;
+}
+
 }  // namespace
 
 ModelLimits limits_of(Kinematics kinematics) {
@@ -155,7 +164,7 @@ std::vector<std::string> beyond_model(const Scene& scene, const TetMesh& mesh,
 }
 
 std::optional<std::string> locking_note(const Scene& scene) {
-    const auto stiffest = std::ranges::max_element(scene.materials, {}, &Material::poisson);
+    const auto stiffest = least_compressible(scene);
     if (stiffest->poisson < 0.49 ||
         resolved_formulation(elastic_model(scene)) == Formulation::mixed)
         return {};
@@ -167,10 +176,15 @@ std::optional<std::string> locking_note(const Scene& scene) {
         stiffest - scene.materials.begin(), stiffest->poisson);
 }
 
+int newton_iterations_of_frame(const Scene& scene) {
+    if (scene.track && scene.track->newton_iterations) return *scene.track->newton_iterations;
+    return may_swing(scene) && resolved_formulation(elastic_model(scene)) == Formulation::mixed ? 2
+                                                                                                : 1;
+}
+
 std::optional<std::string> swinging_note(const Scene& scene, const TetMesh& mesh) {
-    const auto stiffest = std::ranges::max_element(scene.materials, {}, &Material::poisson);
-    if (!scene.track || scene.time.scheme != TimeScheme::newmark || stiffest->poisson < 0.499)
-        return {};
+    if (!scene.track || !may_swing(scene)) return {};
+    const auto stiffest = least_compressible(scene);
     const auto number = stiffest - scene.materials.begin();
     if (!mesh.hexahedra.empty())
         return fmt::format(
@@ -178,13 +192,14 @@ std::optional<std::string> swinging_note(const Scene& scene, const TetMesh& mesh
             "do not damp what swings fast, and deep presses may tear the mesh. Expected a scheme "
             "that does, generalized_alpha or euler, or below 0.499.",
             number, stiffest->poisson);
-    if (scene.track->newton_iterations > 1 ||
+    if (newton_iterations_of_frame(scene) > 1 ||
         resolved_formulation(elastic_model(scene)) == Formulation::displacement)
         return {};
     return fmt::format(
-        "materials[{}].poisson = {:g} with time.scheme: newmark: Newmark's steps do not damp what "
-        "swings fast, and what one Newton iteration a frame leaves may grow. Expected "
-        "track.linearisations: 2, a scheme that damps, generalized_alpha or euler, or below 0.499.",
+        "materials[{}].poisson = {:g} with time.scheme: newmark and track.linearisations: 1: "
+        "Newmark's steps do not damp what swings fast, and what one Newton iteration a frame "
+        "leaves may grow. Expected track.linearisations: 2, a scheme that damps, generalized_alpha "
+        "or euler, or below 0.499.",
         number, stiffest->poisson);
 }
 

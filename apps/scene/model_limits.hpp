@@ -36,8 +36,13 @@ std::vector<std::string> beyond_model(const Scene& scene, const TetMesh& mesh,
 /// alone. None if they do not.
 std::optional<std::string> locking_note(const Scene& scene);
 
-/// A sentence on tracked bodies, nearly incompressible, in Newmark's steps: swings may grow, and
-/// deep presses may tear hexahedra. None for other scenes.
+/// Newton iterations of a frame of `track`, as the scene says. By default 1, but 2 for nearly
+/// incompressible bodies with pressures in Newmark's steps: these do not damp what one leaves.
+int newton_iterations_of_frame(const Scene& scene);
+
+/// A sentence on tracked bodies, nearly incompressible, in Newmark's steps: swings may grow where
+/// the scene asks for one Newton iteration, and deep presses may tear hexahedra. None for other
+/// scenes.
 std::optional<std::string> swinging_note(const Scene& scene, const TetMesh& mesh);
 
 }  // namespace livetet

@@ -81,7 +81,7 @@ struct TrackOptions {
     std::optional<double> smoothing_Hz{};    ///< of the one-euro filter; not given: the estimator
     std::optional<NumberOrAuto> ahead_ms{};  ///< not given: 40 with the one-euro filter, else 0
     double display_ms = 0;
-    int newton_iterations = 1;
+    std::optional<int> newton_iterations{};  ///< not given: see newton_iterations_of_frame
     std::string budget{};
     Pace pace = Pace::recorded;
     double speed = 1;
@@ -212,8 +212,11 @@ void visit_fields(Visitor& v, TrackOptions& t) {
             "with ahead_ms: auto, the part of the latency that cannot be measured here: from the "
             "tracker's measurement to its arrival, and from the published frame to the screen",
             within({0, 100}));
-    v.field("linearisations", t.newton_iterations, "", "Newton iterations of a frame",
-            within<int>({1, 4}));
+    v.field(
+        "linearisations", t.newton_iterations, "",
+        "Newton iterations of a frame; default: 1, but 2 with time.scheme: newmark in the mixed "
+        "form with a poisson of 0.499 or above, where bodies keep swinging with 1",
+        within<int>({1, 4}));
     v.field("budget", t.budget, "",
             "time budget of a frame, such as 10 ms: as many solver iterations as fit, at least "
             "one; none: to the solver's relative_tolerance, however long it takes",

@@ -108,6 +108,7 @@ std::string complete_scene() {
     static_cast<SelectionOptions&>(track.targets.emplace_back()) = nodes;
     track.targets[0].point_mm = Eigen::Vector3d(1, 2, 3);
     track.smoothing_Hz = 1;
+    track.newton_iterations = 2;
     track.ahead_ms = NumberOrAuto{};
     track.request_ms = 10;
     track.publish.emplace();
