@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "base/piece_sums.hpp"
-#include "solvers/linear/single_grain.hpp"
+#include "solvers/linear/min_floats.hpp"
 
 namespace livetet {
 
@@ -19,7 +19,7 @@ void ConjugateGradients::begin(Vec b, EarlierSolves* earlier) {
     start_scale_ = earlier ? earlier->find_start(system_, b, start_, r_) : 0;
     if (!has_start()) {
         const ReadArray from(b);
-        team_.run_pieces(n_, single_grain, [&](std::size_t begin, std::size_t end) {
+        team_.run_pieces(n_, min_floats_per_thread, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) r_[i] = static_cast<float>(from[i]);
         });
     }
@@ -69,7 +69,7 @@ void ConjugateGradients::find_direction(bool is_first) {
     if (is_first && !(rz_ > 0)) precondition();
     if (!is_first) {
         const auto beta = static_cast<float>(rz_ / before);
-        team_.run_pieces(n_, single_grain, [&](std::size_t begin, std::size_t end) {
+        team_.run_pieces(n_, min_floats_per_thread, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) p_[i] = z_[i] + beta * p_[i];
         });
     }
@@ -93,7 +93,7 @@ void ConjugateGradients::advance(double alpha, Vec x) {
 
 void ConjugateGradients::write_start(Vec x) {
     WriteArray to(x);
-    team_.run_pieces(n_, single_grain, [&](std::size_t begin, std::size_t end) {
+    team_.run_pieces(n_, min_floats_per_thread, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
             to[i] = has_start() ? start_scale_ * start_[i] : 0;
     });
@@ -101,11 +101,11 @@ void ConjugateGradients::write_start(Vec x) {
 
 void ConjugateGradients::renew_residual(Vec b, Vec x) {
     const ReadArray from(b), at(x);
-    team_.run_pieces(n_, single_grain, [&](std::size_t begin, std::size_t end) {
+    team_.run_pieces(n_, min_floats_per_thread, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) p_[i] = static_cast<float>(at[i]);
     });
     system_.apply(p_, q_);
-    team_.run_pieces(n_, single_grain, [&](std::size_t begin, std::size_t end) {
+    team_.run_pieces(n_, min_floats_per_thread, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) r_[i] = static_cast<float>(from[i] - q_[i]);
     });
     find_norm();
@@ -114,7 +114,7 @@ void ConjugateGradients::renew_residual(Vec b, Vec x) {
 void ConjugateGradients::image(Vec b, Vec y) const {
     const ReadArray from(b);
     WriteArray to(y);
-    team_.run_pieces(n_, single_grain, [&](std::size_t begin, std::size_t end) {
+    team_.run_pieces(n_, min_floats_per_thread, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) to[i] = from[i] - r_[i];
     });
 }

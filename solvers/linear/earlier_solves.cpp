@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "base/piece_sums.hpp"
-#include "solvers/linear/single_grain.hpp"
+#include "solvers/linear/min_floats.hpp"
 #include "solvers/parallel/sum_over_ranks.hpp"
 
 namespace livetet {
@@ -20,7 +20,7 @@ constexpr double min_rest = 1e-6, max_rest = 1e-2;
 
 void round_to(std::vector<float>& to, Vec from, ThreadTeam& team) {
     const ReadArray values(from);
-    team.run_pieces(to.size(), single_grain, [&](std::size_t begin, std::size_t end) {
+    team.run_pieces(to.size(), min_floats_per_thread, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) to[i] = static_cast<float>(values[i]);
     });
 }
@@ -83,15 +83,18 @@ std::optional<EarlierSolves::Numbers> EarlierSolves::combination(Vec b) const {
 template <class Scalar>
 void EarlierSolves::combine(const Numbers& c, std::span<Scalar> x) const {
     const Eigen::Vector<Scalar, max_solutions> share = c.cast<Scalar>();
-    team_.run_pieces(solutions_[0].size(), single_grain, [&](std::size_t begin, std::size_t end) {
-        constexpr std::size_t piece = 1536;  // of x, which stays in the cache
-        for (std::size_t first = begin; first < end; first += piece) {
-            const std::size_t last = std::min(end, first + piece);
-            for (std::size_t i = first; i < last; ++i) x[i] = share[0] * solutions_[0][i];
-            for (int k = 1; k < count_; ++k)
-                for (std::size_t i = first; i < last; ++i) x[i] += share[k] * solutions_[k][i];
-        }
-    });
+    team_.run_pieces(solutions_[0].size(), min_floats_per_thread,
+                     [&](std::size_t begin, std::size_t end) {
+                         constexpr std::size_t piece = 1536;  // of x, which stays in the cache
+                         for (std::size_t first = begin; first < end; first += piece) {
+                             const std::size_t last = std::min(end, first + piece);
+                             for (std::size_t i = first; i < last; ++i)
+                                 x[i] = share[0] * solutions_[0][i];
+                             for (int k = 1; k < count_; ++k)
+                                 for (std::size_t i = first; i < last; ++i)
+                                     x[i] += share[k] * solutions_[k][i];
+                         }
+                     });
 }
 
 double EarlierSolves::length(const Numbers& c, double along_b, double along_image) {
@@ -119,12 +122,13 @@ bool EarlierSolves::find_start(Mat A, Vec b) {
     if (a == 0) return false;
     const ReadArray from(b);
     WriteArray x(start_.get()), rest(rest_.get());
-    team_.run_pieces(x.span().size(), single_grain, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            x[i] *= a;
-            rest[i] = from[i] - a * rest[i];
-        }
-    });
+    team_.run_pieces(x.span().size(), min_floats_per_thread,
+                     [&](std::size_t begin, std::size_t end) {
+                         for (std::size_t i = begin; i < end; ++i) {
+                             x[i] *= a;
+                             rest[i] = from[i] - a * rest[i];
+                         }
+                     });
     return true;
 }
 
@@ -144,7 +148,7 @@ double EarlierSolves::find_start(SingleSystem& A, Vec b, std::span<float> start,
         });
     const double a = length(*c, along[0], along[1]);
     if (a == 0) return 0;
-    team_.run_pieces(size, single_grain, [&](std::size_t begin, std::size_t end) {
+    team_.run_pieces(size, min_floats_per_thread, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
             rest[i] = static_cast<float>(from[i] - a * rest[i]);
     });

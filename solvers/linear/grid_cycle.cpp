@@ -14,7 +14,7 @@ namespace livetet {
 namespace {
 
 /// Minimum number of nodes for which a further thread is woken.
-constexpr std::size_t node_grain = 150;
+constexpr std::size_t grain = 150;
 
 /// The interpolation from a grid to the next finer one. A node there is in the middle of one, two,
 /// four or eight nodes of this grid: of a corner, an edge, a face or a cell. Nodes are taken by
@@ -180,7 +180,7 @@ const ElementRotations& GridCycle::find_rotations(const ElementRotations& finest
             l == 1 ? finest.single_u.data() : levels_[l - 1]->rotations.single_u.data();
         Level& coarse = *levels_[l];
         float* u = coarse.rotations.single_u.data();
-        team_.run_pieces(coarse.nodes(), node_grain, [&](std::size_t begin, std::size_t end) {
+        team_.run_pieces(coarse.nodes(), grain, [&](std::size_t begin, std::size_t end) {
             for (std::size_t n = begin; n < end; ++n)
                 store_node(coarse.restriction->mean(n, fine), u + 3 * n);
         });
@@ -238,7 +238,7 @@ void GridCycle::restrict_residual(std::size_t l, const std::vector<float>& r) {
     Level& coarse = *levels_[l + 1];
     const auto free = coarse.A.free();
     float* b = coarse.smoother.b().data();
-    team_.run_pieces(coarse.nodes(), node_grain, [&](std::size_t begin, std::size_t end) {
+    team_.run_pieces(coarse.nodes(), grain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t n = begin; n < end; ++n) {
             const FourFloats sum = coarse.restriction->gather(n, r.data());
             for (int c = 0; c < 3; ++c) b[3 * n + c] = free[3 * n + c] * sum[c];

@@ -33,6 +33,11 @@ constexpr double lasting_imbalance = 0.5;
 
 void renew_mean(double& mean, double value) { mean += newest * (value - mean); }
 
+/// The end of the first of so many equal parts of the time that is left.
+Deadline end_of_first(int parts, const Deadline& deadline) {
+    return deadline.earlier_by(deadline.left_s() * (parts - 1) / parts);
+}
+
 }  // namespace
 
 FrameStepper::FrameStepper(ForceBalance& balance, TimeIntegrator& time,
@@ -73,7 +78,9 @@ StepReport FrameStepper::advance(FrameControls controls) {
     for (int k = 0; k < iterations; ++k) {
         // A released body approaches rest: end before its forces become denormal numbers.
         if (imbalance <= balance_.negligible() && !(k == 0 && moves)) break;
-        const LinearReport linear = solve_linear(controls, report);
+        FrameControls of_solve = controls;
+        if (controls.deadline) of_solve.deadline = end_of_first(iterations - k, *controls.deadline);
+        const LinearReport linear = solve_linear(of_solve, report);
         watch.lap();
         report.converged =
             report.converged && (linear.converged || (linear.cut_short && may_end_early));

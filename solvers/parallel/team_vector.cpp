@@ -14,8 +14,8 @@ namespace livetet {
 
 namespace {
 
-/// Least number of double-precision components for which a further thread is woken.
-constexpr std::size_t double_grain = 2000;
+/// Least number of components for which a further thread is woken.
+constexpr std::size_t grain = 2000;
 
 constexpr const char* key = "livetet_team";
 
@@ -46,16 +46,15 @@ PetscErrorCode on_pieces(Vec owner, Vec y, Work&& work, From... from) {
     return in_callback([&] {
         const std::tuple<std::conditional_t<true, ReadArray, From>...> read(from...);
         WriteArray to(y);
-        team_of(owner).run_pieces(to.span().size(), double_grain,
-                                  [&](std::size_t begin, std::size_t end) {
-                                      const auto count = static_cast<Eigen::Index>(end - begin);
-                                      std::apply(
-                                          [&](const auto&... x) {
-                                              work(Values(to.span().data() + begin, count),
-                                                   ConstValues(x.span().data() + begin, count)...);
-                                          },
-                                          read);
-                                  });
+        team_of(owner).run_pieces(to.span().size(), grain, [&](std::size_t begin, std::size_t end) {
+            const auto count = static_cast<Eigen::Index>(end - begin);
+            std::apply(
+                [&](const auto&... x) {
+                    work(Values(to.span().data() + begin, count),
+                         ConstValues(x.span().data() + begin, count)...);
+                },
+                read);
+        });
     });
 }
 
@@ -166,15 +165,14 @@ PetscErrorCode maxpy(Vec y, PetscInt count, const PetscScalar* a, Vec* x) {
         WriteArray to(y);
         for (PetscInt first = 0; first < count; first += at_once) {
             const ReadArrays terms(x + first, std::min(at_once, count - first));
-            team_of(y).run_pieces(
-                to.span().size(), double_grain, [&](std::size_t begin, std::size_t end) {
-                    for (std::size_t i = begin; i < end; i += length) {
-                        const auto n = static_cast<Eigen::Index>(std::min(length, end - i));
-                        for (PetscInt k = 0; k < terms.count(); ++k)
-                            Values(to.span().data() + i, n) +=
-                                a[first + k] * ConstValues(terms[k] + i, n);
-                    }
-                });
+            team_of(y).run_pieces(to.span().size(), grain, [&](std::size_t begin, std::size_t end) {
+                for (std::size_t i = begin; i < end; i += length) {
+                    const auto n = static_cast<Eigen::Index>(std::min(length, end - i));
+                    for (PetscInt k = 0; k < terms.count(); ++k)
+                        Values(to.span().data() + i, n) +=
+                            a[first + k] * ConstValues(terms[k] + i, n);
+                }
+            });
         }
     });
 }

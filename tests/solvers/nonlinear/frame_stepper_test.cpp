@@ -106,6 +106,25 @@ TEST(FrameStepperTest, ADeadlineThatIsPastLeavesOneIterationAndThePatchWhereItBe
     for (const Vector3& v : u) ASSERT_TRUE(v.allFinite() && v.norm() < 2 * way.norm());
 }
 
+/// A clock that goes on by a millisecond each time it is read.
+Clock::time_point next_millisecond() {
+    static Clock::time_point now{};
+    return now += std::chrono::milliseconds(1);
+}
+
+TEST(FrameStepperTest, NewtonIterationsShareTheTimeUntilTheDeadline) {
+    PressedBlock block;
+    block.press({0, 0.002, -0.01});
+    const StepReport report =
+        block.frame({.newton_iterations = 2,
+                     .linear_tolerance = 1e-12,
+                     .deadline = Deadline::after(next_millisecond(), 0.02, &next_millisecond)});
+    ASSERT_EQ(report.newton_iterations, 2);
+    EXPECT_TRUE(report.cut_short);
+    EXPECT_GT(report.solves[1].iterations, 1) << "the first solve has not taken all";
+    EXPECT_LT(report.iterations, 20);
+}
+
 TEST(FrameStepperTest, MoreNewtonIterationsComeNearerToEquilibrium) {
     double before = 1;
     for (const int iterations : {2, 4}) {
