@@ -273,7 +273,11 @@ MeshHierarchy with_cuts(const Scene& scene, MeshHierarchy hierarchy) {
                                         : "they keep their place at rest"));
         if (leaves_out) {
             warn_of_loads_left_out(scene, mesh, free);
+            const std::size_t levels = cut.levels.size();
             cut.levels = without_pieces(std::move(cut.levels), free);
+            if (!is_grid && cut.levels.size() < levels)
+                log_info(fmt::format("note         cuts: {} left out, too fine for what is left",
+                                     counted(levels - cut.levels.size(), "coarse level")));
         }
     }
     return is_grid ? make_hierarchy(std::move(cut.levels), provenance)

@@ -72,9 +72,9 @@ MeshHierarchy with_cut_transfers(std::vector<TetMesh> levels, std::string proven
 
 std::vector<TetMesh> without_tets(std::vector<TetMesh> levels,
                                   std::span<const std::uint8_t> left_out) {
-    levels.front() = without_cells(levels.front(), left_out);
+    std::vector<TetMesh> kept{without_cells(levels.front(), left_out)};
     for (std::size_t l = 1; l < levels.size(); ++l) {
-        const BarycentricMap map = map_across(levels[l - 1], levels[l]);
+        const BarycentricMap map = map_across(kept.back(), levels[l]);
         std::vector<std::uint8_t> is_used(levels[l].nodes.size(), 0);
         for (const auto& corners : map.nodes)
             for (const std::int32_t n : corners) is_used[n] = 1;
@@ -84,9 +84,10 @@ std::vector<TetMesh> without_tets(std::vector<TetMesh> levels,
             if (std::ranges::none_of(nodes, [&](std::int32_t n) { return is_used[n] != 0; }))
                 for (const std::int32_t e : piece.cells) is_unused[e] = 1;
         }
-        levels[l] = without_cells(levels[l], is_unused);
+        TetMesh coarse = without_cells(levels[l], is_unused);
+        if (coarse.tets.size() < kept.back().tets.size()) kept.push_back(std::move(coarse));
     }
-    return levels;
+    return kept;
 }
 
 }  // namespace livetet

@@ -22,7 +22,8 @@ CutCounts cut_levels(std::vector<TetMesh>& levels, const CutSurface& surface,
 MeshHierarchy with_cut_transfers(std::vector<TetMesh> levels, std::string provenance);
 
 /// The levels without some tets of the finest one (one entry each), and without pieces of coarser
-/// ones that no node of what is left is in.
+/// ones that no node of what is left is in. A coarser level that still has no fewer tets than the
+/// finer one, as it hangs together where the finer one was cut, is left out.
 std::vector<TetMesh> without_tets(std::vector<TetMesh> levels,
                                   std::span<const std::uint8_t> left_out);
 

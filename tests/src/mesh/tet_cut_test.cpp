@@ -218,6 +218,18 @@ TEST(TetCut, CoarsePiecesGoWithTheFineOnesLeftOut) {
     }
 }
 
+TEST(TetCut, ACoarseLevelThatIsTooFineForWhatIsLeftIsLeftOut) {
+    const std::vector<TetMesh> levels{test::block({8, 4, 4}, unit_sides),
+                                      test::block({4, 2, 2}, unit_sides),
+                                      test::block({1, 1, 1}, unit_sides)};
+    std::vector<std::uint8_t> left_out(levels.front().tets.size(), 1);
+    std::fill_n(left_out.begin(), 20, 0);
+    const auto kept = without_tets(levels, left_out);
+    ASSERT_EQ(kept.size(), 2U);
+    EXPECT_EQ(kept[0].tets.size(), 20U);
+    EXPECT_EQ(kept[1].tets.size(), levels[2].tets.size());
+}
+
 TEST(SegmentCrossings, RefusesWhatIsFarOrNotFinite) {
     const TetMesh box = test::block({1, 1, 1}, unit_sides);
     for (const double far : {1e3, std::nan("")}) {
