@@ -1,12 +1,17 @@
 #include "apps/viewer/body.hpp"
 
 #include <vtkCellArray.h>
+#include <vtkCellData.h>
+#include <vtkIntArray.h>
 #include <vtkLoopSubdivisionFilter.h>
 #include <vtkNew.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
 
 #include <algorithm>
+#include <map>
+#include <span>
 
 #include "apps/live/statement_record.hpp"
 #include "apps/scene/body_factory.hpp"
@@ -47,6 +52,47 @@ void read_image(ShownBody& body, const fs::path& path) {
     body.image = std::move(image);
 }
 
+/// The number of the tet behind each triangle of the boundary.
+vtkSmartPointer<vtkIntArray> tets_behind(std::span<const Triangle> triangles,
+                                         std::span<const Tet> tets) {
+    const auto key_of = [](Triangle t) {
+        std::ranges::sort(t);
+        return t;
+    };
+    std::map<Triangle, int> behind;
+    for (const Triangle& t : triangles) behind.emplace(key_of(t), 0);
+    for (std::size_t e = 0; e < tets.size(); ++e)
+        for (int k = 0; k < 4; ++k) {
+            const Tet& t = tets[e];
+            const auto found =
+                behind.find(key_of({t[(k + 1) % 4], t[(k + 2) % 4], t[(k + 3) % 4]}));
+            if (found != behind.end()) found->second = static_cast<int>(e);
+        }
+    const auto numbers = vtkSmartPointer<vtkIntArray>::New();
+    for (const Triangle& t : triangles) numbers->InsertNextValue(behind.at(key_of(t)));
+    return numbers;
+}
+
+/// Triangles with the number of a tet each.
+DrawnSurface drawn(vtkPolyData* data, std::span<const Tet> tets) {
+    DrawnSurface surface;
+    for (vtkIdType i = 0; i < data->GetNumberOfPoints(); ++i)
+        surface.nodes.emplace_back(Eigen::Map<const Vector3>(data->GetPoint(i)));
+    surface.tets.resize(surface.nodes.size());
+    vtkIdType count = 0;
+    const vtkIdType* ids = nullptr;
+    for (vtkIdType i = 0; i < data->GetNumberOfCells(); ++i) {
+        data->GetPolys()->GetCellAtId(i, count, ids);
+        Triangle& t = surface.triangles.emplace_back();
+        for (int k = 0; k < 3; ++k) {
+            t[k] = static_cast<std::int32_t>(ids[k]);
+            surface.tets[ids[k]] =
+                tets[static_cast<std::size_t>(data->GetCellData()->GetScalars()->GetTuple1(i))];
+        }
+    }
+    return surface;
+}
+
 void read_shown_fiducials(ShownBody& body, const fs::path& path) {
     const FiducialRegistration registration = read_registration(path);
     for (const RegisteredFiducial& f : registration.fiducials) {
@@ -57,7 +103,7 @@ void read_shown_fiducials(ShownBody& body, const fs::path& path) {
 
 }  // namespace
 
-TriangleMesh render_surface(const TetMesh& mesh) {
+DrawnSurface render_surface(const TetMesh& mesh) {
     constexpr std::size_t enough = 20000;
     const std::vector<Triangle> triangles = boundary_triangles(mesh.tets);
     const std::vector<std::int32_t> nodes = nodes_of(triangles);
@@ -75,6 +121,7 @@ TriangleMesh render_surface(const TetMesh& mesh) {
     vtkNew<vtkPolyData> coarse;
     coarse->SetPoints(points);
     coarse->SetPolys(cells);
+    coarse->GetCellData()->SetScalars(tets_behind(triangles, mesh.tets));  // triangles pass it on
     vtkNew<vtkLoopSubdivisionFilter> fine;
     fine->SetInputData(coarse);
     int times = 0;
@@ -82,20 +129,9 @@ TriangleMesh render_surface(const TetMesh& mesh) {
     fine->SetNumberOfSubdivisions(std::min(times, 3));
     fine->Update();
     // Subdivision needs a manifold surface; others are shown as they are.
-    vtkPolyData* out =
-        times > 0 && fine->GetOutput()->GetNumberOfCells() > 0 ? fine->GetOutput() : coarse;
-    TriangleMesh surface;
-    for (vtkIdType i = 0; i < out->GetNumberOfPoints(); ++i)
-        surface.nodes.emplace_back(Eigen::Map<const Vector3>(out->GetPoint(i)));
-    vtkIdType count = 0;
-    const vtkIdType* ids = nullptr;
-    for (vtkIdType i = 0; i < out->GetNumberOfCells(); ++i) {
-        out->GetPolys()->GetCellAtId(i, count, ids);
-        surface.triangles.push_back({static_cast<std::int32_t>(ids[0]),
-                                     static_cast<std::int32_t>(ids[1]),
-                                     static_cast<std::int32_t>(ids[2])});
-    }
-    return surface;
+    return drawn(
+        times > 0 && fine->GetOutput()->GetNumberOfCells() > 0 ? fine->GetOutput() : coarse,
+        mesh.tets);
 }
 
 void add_statement(ShownMoment& moment, const FrameStatement& statement,
@@ -120,8 +156,8 @@ ShownBody make_shown_body(TetMesh mesh, const std::optional<Scene>& scene, const
     ShownBody body;
     body.mesh = std::move(mesh);
     body.has_own_surface = !files.surface.empty();
-    body.surface =
-        body.has_own_surface ? read_surface(files.surface, Space::ras) : render_surface(body.mesh);
+    body.surface = body.has_own_surface ? DrawnSurface{read_surface(files.surface, Space::ras), {}}
+                                        : render_surface(body.mesh);
 
     if (!files.image.empty())
         read_image(body, files.image);

@@ -19,10 +19,20 @@ struct ShownFiducial {
     Vector3 in_image = Vector3::Zero(), from_tracker = Vector3::Zero();
 };
 
+/// A surface, and the tet that each of its nodes moves with, by its corners: of its own side, where
+/// a cut leaves several at one place. Without tets a node moves with what is there.
+struct DrawnSurface : TriangleMesh {
+    std::vector<Tet> tets;
+};
+
+/// The surface of a mesh, with at least about ten thousand triangles: subdivided by Loop's scheme
+/// if it has fewer.
+DrawnSurface render_surface(const TetMesh& mesh);
+
 /// The data that do not change in time.
 struct ShownBody {
     TetMesh mesh;
-    TriangleMesh surface;             ///< at rest, as fine as it is drawn
+    DrawnSurface surface;             ///< at rest, as fine as it is drawn
     bool has_own_surface = false;     ///< it is a file's, and not the mesh's
     std::vector<std::int32_t> fixed;  ///< fixed nodes on the surface of the mesh
     std::optional<GreyImage> image;
@@ -83,9 +93,5 @@ void set_mesh(ShownBody& body, TetMesh mesh);
 /// Adds a statement to a moment: targets, the error over the surface, and its text.
 void add_statement(ShownMoment& moment, const FrameStatement& statement,
                    const std::vector<std::string>& names);
-
-/// The surface of a mesh, with at least about ten thousand triangles: subdivided by Loop's scheme
-/// if it has fewer.
-TriangleMesh render_surface(const TetMesh& mesh);
 
 }  // namespace livetet

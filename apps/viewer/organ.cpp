@@ -5,10 +5,11 @@
 #include <vtkTextProperty.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "apps/plots/off_screen_window.hpp"
-#include "geometry/triangle_area.hpp"
+#include "mesh/barycentric_map.hpp"
 
 namespace livetet {
 
@@ -16,16 +17,18 @@ namespace {
 constexpr double bar_width = 0.1;
 constexpr int bar_font = 13;
 
-/// The nodes of a surface, moved inwards by a thousandth of the size of the triangles around: the
-/// sides of a cut have nodes at one place, which then lie in tets of their own side.
-std::vector<Vector3> a_little_inside(const TriangleMesh& surface) {
-    std::vector<Vector3> normals(surface.nodes.size(), Vector3::Zero());
-    for (const Triangle& t : surface.triangles)
-        for (const std::int32_t n : t) normals[n] += 2 * area_vector(surface.nodes, t);
-    std::vector<Vector3> inside = surface.nodes;
-    for (std::size_t n = 0; n < inside.size(); ++n)
-        inside[n] -= 1e-3 * std::sqrt(normals[n].norm()) * normals[n].normalized();
-    return inside;
+/// Of each node the point of its tet that is near to it.
+BarycentricMap map_into_own(const TetMesh& mesh, const DrawnSurface& surface) {
+    BarycentricMap map;
+    map.nodes = surface.tets;
+    for (std::size_t n = 0; n < surface.nodes.size(); ++n) {
+        std::array<double, 4>& w =
+            map.weights.emplace_back(weights_in(mesh, surface.tets[n], surface.nodes[n]));
+        double sum = 0;
+        for (double& part : w) sum += part = std::max(part, 0.0);
+        for (double& part : w) part /= sum;
+    }
+    return map;
 }
 
 }  // namespace
@@ -62,8 +65,9 @@ OrganView::OrganView(const ShownBody& body, vtkRenderer* renderer) : body_(body)
 }
 
 void OrganView::take_surface() {
-    const TriangleMesh& surface = body_.surface;
-    map_ = map_into(body_.mesh, a_little_inside(surface));
+    const DrawnSurface& surface = body_.surface;
+    map_ = surface.tets.empty() ? map_into(body_.mesh, surface.nodes)
+                                : map_into_own(body_.mesh, surface);
     if (!body_.stated_places.empty()) stated_.emplace(body_.stated_places, surface.nodes);
     const auto count = static_cast<vtkIdType>(surface.nodes.size());
     for (vtkFloatArray* vectors : {places_.Get(), normals_.Get()})
