@@ -179,7 +179,7 @@ class Trial {
         const auto start = Clock::now();
         move(1);
         const StepReport report = body_.body->advance(
-            dt, {.newton_iterations = newton_iterations_of_frame(scene_),
+            dt, {.newton_iterations = newton_iterations_,
                  .linear_tolerance = scene_.solver.relative_tolerance,
                  .deadline = Deadline::after(start, limits_.budget_s - tail_s_)});
         tail_s_ = std::max(0.95 * tail_s_,
@@ -214,6 +214,7 @@ class Trial {
     const StabilityLimits& limits_;
     StabilityCell& cell_;
     Scene scene_;
+    const int newton_iterations_ = newton_iterations_of_frame(scene_);
     SceneBody body_;
     SceneConstraints held_;
     std::vector<std::int32_t> patch_;

@@ -40,6 +40,7 @@ TrackedBody::TrackedBody(const Scene& scene, SceneBody& body, ToolFinder find_to
                          const RigidTransform<ImageFrame, Reference>& image_from_reference,
                          MisplacedSensor misplaced)
     : scene_(scene),
+      newton_iterations_(newton_iterations_of_frame(scene)),
       body_(body),
       find_tool_(std::move(find_tool)),
       misplaced_(misplaced),
@@ -157,7 +158,7 @@ const Frame& TrackedBody::advance(const TrackerSample& sample, FrameLimits limit
     last_time_s_ = sample.time_s;
     if (!(dt > 0)) return frame_;
     if (limits.deadline) limits.deadline = limits.deadline->earlier_by(tail_s_);
-    frame_.step = body_.body->advance(dt, {.newton_iterations = newton_iterations_of_frame(scene_),
+    frame_.step = body_.body->advance(dt, {.newton_iterations = newton_iterations_,
                                            .linear_tolerance = scene_.solver.relative_tolerance,
                                            .max_iterations = limits.max_iterations,
                                            .deadline = limits.deadline,

@@ -217,6 +217,7 @@ class TrackedBody {
     void take_free_pieces(const std::vector<MeshPiece>& free);
 
     Scene scene_;
+    const int newton_iterations_;  ///< of a frame, whatever of the scene changes
     SceneBody& body_;
     ToolFinder find_tool_;
     MisplacedSensor misplaced_;

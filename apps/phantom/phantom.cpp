@@ -228,8 +228,10 @@ std::vector<fs::path> write_phantom(const fs::path& folder, const PhantomOptions
     write_sequence(pending.add("resection.igs.mha"), recordings.resection);
 
     Truth truth = true_motion(phantom_tracker(options), recordings.press);
-    // 3 mm at the default number of tets, so that about as many are made as were asked for.
-    const double edge_at_patch = 0.003 * std::cbrt(16000. / options.truth_tets);
+    // Edges at the disc: 3 mm for the default number of tets, longer for fewer, so that the mesh
+    // has about as many as were asked for.
+    constexpr double usual = PhantomOptions{}.truth_tets;
+    const double edge_at_patch = 0.003 * std::max(1., std::cbrt(usual / options.truth_tets));
     const FineSphere finer{truth.sensor_rest, 1.5 * truth.patch_radius, edge_at_patch};
     const MeshHierarchy meshed = with_quadratic_level(
         mesh_for_truth(images.labels, images.fixed_mask, options.truth_tets,

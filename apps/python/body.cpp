@@ -7,6 +7,7 @@
 #include "apps/python/engine.hpp"
 #include "apps/python/scene.hpp"
 #include "apps/scene/body_factory.hpp"
+#include "apps/scene/model_limits.hpp"
 #include "apps/scene/scene_forces.hpp"
 
 namespace livetet::python {
@@ -88,6 +89,7 @@ class Body : public Closable {
         const auto start = Clock::now();
         return in_engine([&] {
             FrameControls controls;
+            controls.newton_iterations = newton_iterations_of_frame(scene_);
             controls.deadline = deadline_of(start, budget_ms);
             const StepReport report = open().advance(dt, controls);
             open().displacement(displacement);

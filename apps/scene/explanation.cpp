@@ -105,6 +105,12 @@ void explain_tracking(Explanation& e, const Scene& scene) {
                                   "the result file, the status "
                                   "line and the scene file",
                                   scene.track->sensors.size()));
+    if (const int iterations = newton_iterations_of_frame(scene); iterations > 1)
+        e.uses("Newton iterations",
+               fmt::format("{} a frame: {}", iterations,
+                           scene.track->newton_iterations
+                               ? "track.linearisations"
+                               : "newmark near nu = 0.5: with one the body may keep swinging"));
     if (!scene.track->smoothing_Hz)
         e.uses("pose estimator",
                fmt::format("for a tracker with errors of {} mm and {} degrees, RMS{}",

@@ -122,7 +122,7 @@ std::string describe_live_element(const Scene& scene, std::size_t tets,
         text +=
             fmt::format("  Frames with {} were not measured: the figures are of {}.\n", own, law);
     text +=
-        "  Whole errors of an organ of 570 ml pressed by 15 mm at nu 0.45, on two cores at 57 "
+        "  Whole errors of an organ of 570 ml pressed by 15 mm at nu 0.45, on two cores at 55 "
         "GB/s.\n  `livetet bench realtime --size front` measures this machine, `livetet tune` a "
         "scene.\n";
     return text;

@@ -19,7 +19,7 @@ struct LiveFrontRow {
 };
 
 /// The measured rows of one kind of tets and one law, from few tets to many; empty where nothing
-/// was measured. Source: `livetet bench realtime --size front` on two cores at 17 GB/s, the table
+/// was measured. Source: `livetet bench realtime --size front` on two cores at 55 GB/s, the table
 /// in docs/theory/live-solver.md: the phantom of 570 ml, pressed by 15 mm at 1 Hz,
 /// sixty frames a second, nu 0.45.
 std::span<const LiveFrontRow> live_front(Elements elements, std::string_view law);

@@ -133,12 +133,13 @@ void check_size(std::span<const Vector3> nodes, const MeshSource& source) {
     const Vector3 size_mm = 1e3 * box.sizes();
     const double largest = 1e-3 * size_mm.maxCoeff();
     if (largest >= smallest_m && largest <= largest_m) return;
-    const bool metres = source.unit == LengthUnit::metre;
+    const bool metres = source.unit == LengthUnit::metre, is_small = largest < smallest_m;
     fail("{}: the body is {:.3g} x {:.3g} x {:.3g} mm large, expected {:.3g} to {:.3g} mm: {}",
          source.file.string(), size_mm.x(), size_mm.y(), size_mm.z(), 1e3 * smallest_m,
          1e3 * largest_m,
-         metres ? "is the file in mm, not in metres?"
-                : "is the file in metres? --metres (in a scene mesh.unit: m) says so");
+         metres && !is_small   ? "is the file in mm, not in metres?"
+         : !metres && is_small ? "is the file in metres? --metres (in a scene mesh.unit: m) says so"
+                               : "check its unit");
 }
 
 void refuse_idle_keys(const MeshSource& source) {

@@ -128,9 +128,16 @@ std::vector<Material>::const_iterator least_compressible(const Scene& scene) {
     return std::ranges::max_element(scene.materials, {}, &Material::poisson);
 }
 
-/// Whether Newmark's steps do not damp what one Newton iteration leaves of the volume's forces.
+/// Poisson's ratio from which Newmark's steps do not damp fast swings of the volume.
+constexpr double swings_from = 0.499;
+
 bool may_swing(const Scene& scene) {
-    return scene.time.scheme == TimeScheme::newmark && least_compressible(scene)->poisson >= 0.499;
+    return scene.time.scheme == TimeScheme::newmark &&
+           least_compressible(scene)->poisson >= swings_from;
+}
+
+bool is_mixed(const Scene& scene) {
+    return resolved_formulation(elastic_model(scene)) == Formulation::mixed;
 }
 
 }  // namespace
@@ -165,9 +172,7 @@ std::vector<std::string> beyond_model(const Scene& scene, const TetMesh& mesh,
 
 std::optional<std::string> locking_note(const Scene& scene) {
     const auto stiffest = least_compressible(scene);
-    if (stiffest->poisson < 0.49 ||
-        resolved_formulation(elastic_model(scene)) == Formulation::mixed)
-        return {};
+    if (stiffest->poisson < 0.49 || is_mixed(scene)) return {};
     return fmt::format(
         "materials[{}].poisson = {:g} with formulation: displacement: elements made of "
         "displacements alone lock near 0.5 and are too stiff. Reactions of a pressed liver of "
@@ -178,29 +183,21 @@ std::optional<std::string> locking_note(const Scene& scene) {
 
 int newton_iterations_of_frame(const Scene& scene) {
     if (scene.track && scene.track->newton_iterations) return *scene.track->newton_iterations;
-    return may_swing(scene) && resolved_formulation(elastic_model(scene)) == Formulation::mixed ? 2
-                                                                                                : 1;
+    return may_swing(scene) && is_mixed(scene) ? 2 : 1;
 }
 
 std::optional<std::string> swinging_note(const Scene& scene, const TetMesh& mesh) {
     if (!scene.track || !may_swing(scene)) return {};
+    const bool swings = is_mixed(scene) && newton_iterations_of_frame(scene) == 1;
+    if (!swings && mesh.hexahedra.empty()) return {};
     const auto stiffest = least_compressible(scene);
-    const auto number = stiffest - scene.materials.begin();
-    if (!mesh.hexahedra.empty())
-        return fmt::format(
-            "materials[{}].poisson = {:g} with time.scheme: newmark on hexahedra: Newmark's steps "
-            "do not damp what swings fast, and deep presses may tear the mesh. Expected a scheme "
-            "that does, generalized_alpha or euler, or below 0.499.",
-            number, stiffest->poisson);
-    if (newton_iterations_of_frame(scene) > 1 ||
-        resolved_formulation(elastic_model(scene)) == Formulation::displacement)
-        return {};
     return fmt::format(
-        "materials[{}].poisson = {:g} with time.scheme: newmark and track.linearisations: 1: "
-        "Newmark's steps do not damp what swings fast, and what one Newton iteration a frame "
-        "leaves may grow. Expected track.linearisations: 2, a scheme that damps, generalized_alpha "
-        "or euler, or below 0.499.",
-        number, stiffest->poisson);
+        "materials[{}].poisson = {:g} with time.scheme: newmark{}. Expected time.scheme: "
+        "generalized_alpha or euler, {}or a poisson below {:g}.",
+        stiffest - scene.materials.begin(), stiffest->poisson,
+        mesh.hexahedra.empty() ? " and track.linearisations: 1: the body may keep swinging"
+                               : " on hexahedra: deep presses may tear the mesh",
+        mesh.hexahedra.empty() ? "track.linearisations: 2, " : "", swings_from);
 }
 
 }  // namespace livetet

@@ -36,13 +36,13 @@ std::vector<std::string> beyond_model(const Scene& scene, const TetMesh& mesh,
 /// alone. None if they do not.
 std::optional<std::string> locking_note(const Scene& scene);
 
-/// Newton iterations of a frame of `track`, as the scene says. By default 1, but 2 for nearly
-/// incompressible bodies with pressures in Newmark's steps: these do not damp what one leaves.
+/// Newton iterations of a frame: `track.linearisations`. The default is 1, but 2 for Newmark's
+/// scheme in the mixed form with a Poisson's ratio of 0.499 or above, whose steps do not damp what
+/// one iteration leaves. Allocates.
 int newton_iterations_of_frame(const Scene& scene);
 
-/// A sentence on tracked bodies, nearly incompressible, in Newmark's steps: swings may grow where
-/// the scene asks for one Newton iteration, and deep presses may tear hexahedra. None for other
-/// scenes.
+/// A warning for tracked, nearly incompressible bodies in Newmark's steps: with one Newton
+/// iteration swings may grow, and hexahedra may tear in deep presses. None for other scenes.
 std::optional<std::string> swinging_note(const Scene& scene, const TetMesh& mesh);
 
 }  // namespace livetet

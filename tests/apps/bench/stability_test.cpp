@@ -60,7 +60,6 @@ TEST(Stability, NearlyIncompressibleBodiesComeToRestInNewmarksFrames) {
             folder, fmt::format("--only 0.4999 --column \"{}, mooney_rivlin, newmark\"", way));
         ASSERT_EQ(cells.size(), 1u);
         EXPECT_EQ(cells[0].at("verdict"), "pass") << cells[0].dump();
-        EXPECT_GT(cells[0].at("linearisations"), cells[0].at("steps"));
     }
 }
 

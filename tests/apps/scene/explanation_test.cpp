@@ -65,6 +65,20 @@ TEST(Explanation, AGradedMeshNamesItsPlaces) {
               "places of drive[0]");
 }
 
+TEST(Explanation, MoreThanOneNewtonIterationAFrameHasItsReason) {
+    Scene scene = tracked_scene();
+    scene.time.scheme = TimeScheme::newmark;
+    EXPECT_FALSE(explained(scene, "Newton iterations")) << "one";
+    scene.materials[0].poisson = 0.499;
+    ASSERT_TRUE(explained(scene, "Newton iterations"));
+    EXPECT_EQ(explained(scene, "Newton iterations")->why,
+              "2 a frame: newmark near nu = 0.5: with one the body may keep swinging");
+    scene.track->newton_iterations = 3;
+    EXPECT_EQ(explained(scene, "Newton iterations")->why, "3 a frame: track.linearisations");
+    scene.track.reset();
+    EXPECT_FALSE(explained(scene, "Newton iterations"));
+}
+
 TEST(Explanation, TheSurfaceStatementComesWithTargets) {
     Scene scene = tracked_scene();
     EXPECT_FALSE(explained(scene, "surface statement"));

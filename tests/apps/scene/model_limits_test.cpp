@@ -95,9 +95,12 @@ TEST(ModelLimits, FramesOfNearlyIncompressibleBodiesInNewmarksStepsTakeTwoNewton
     scene.formulation = Formulation::displacement;
     EXPECT_EQ(newton_iterations_of_frame(scene), 1);
     scene.formulation = Formulation::automatic;
-    scene.track->newton_iterations = 1;
-    EXPECT_EQ(newton_iterations_of_frame(scene), 1) << "as the scene says";
-    scene.track->newton_iterations.reset();
+    for (const int given : {1, 3}) {
+        scene.track->newton_iterations = given;
+        EXPECT_EQ(newton_iterations_of_frame(scene), given);
+    }
+    scene.track.reset();
+    EXPECT_EQ(newton_iterations_of_frame(scene), 2) << "frames of a body without a tracker";
     scene.materials[1].poisson = 0.498;
     EXPECT_EQ(newton_iterations_of_frame(scene), 1);
 }
@@ -116,6 +119,10 @@ TEST(ModelLimits, NewmarksStepsOfNearlyIncompressibleBodiesAreTold) {
     scene.time.scheme = TimeScheme::newmark;
     scene.track->newton_iterations = 1;
     EXPECT_NE(swinging_note(scene, tets)->find("track.linearisations: 2"), std::string::npos);
+    scene.track->newton_iterations = 2;
+    EXPECT_FALSE(swinging_note(scene, tets));
+    EXPECT_TRUE(swinging_note(scene, grid));
+    scene.track->newton_iterations = 1;
     scene.formulation = Formulation::displacement;
     EXPECT_FALSE(swinging_note(scene, tets));
     EXPECT_NE(swinging_note(scene, grid)->find("materials[1].poisson = 0.499"), std::string::npos);
