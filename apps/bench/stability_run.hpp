@@ -7,8 +7,8 @@
 namespace livetet {
 
 /// As `solve` steps a scene, each step to its tolerance; or as `track` does, in frames with a
-/// deadline, of one or two Newton iterations (`newton_iterations_of_frame`), with four-node or ten-
-/// node tets. `plain`: the same frames by a solver in double precision, as the counterpart of the
+/// deadline, of one or two Newton iterations (`newton_iterations_of_frame`), with tets of four or
+/// ten nodes. `plain`: the same frames by a solver in double precision, as the counterpart of the
 /// live solver's. `hexahedra`: as `solve` on a grid, by displacements (Q1); `hexahedra_mixed`: in
 /// the mixed form (Q1-P0); `track_hexahedra`, `track_hexahedra_mixed`: as `track` on a grid;
 /// `plain_...`: their counterparts.
