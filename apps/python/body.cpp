@@ -89,7 +89,7 @@ class Body : public Closable {
         const auto start = Clock::now();
         return in_engine([&] {
             FrameControls controls;
-            controls.newton_iterations = newton_iterations_of_frame(scene_);
+            controls.newton_iterations = newton_iterations_;
             controls.deadline = deadline_of(start, budget_ms);
             const StepReport report = open().advance(dt, controls);
             open().displacement(displacement);
@@ -150,6 +150,7 @@ class Body : public Closable {
     }
 
     Scene scene_;
+    const int newton_iterations_ = newton_iterations_of_frame(scene_);
     std::shared_ptr<SceneBody> body_;
     std::optional<Constraints> constraints_;
 };
