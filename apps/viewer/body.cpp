@@ -22,6 +22,7 @@
 #include "io/registration_file.hpp"
 #include "io/surface_file.hpp"
 #include "mesh/grid_surface.hpp"
+#include "mesh/tet_faces.hpp"
 #include "meshing/surface_check.hpp"
 
 namespace livetet {
@@ -62,10 +63,8 @@ vtkSmartPointer<vtkIntArray> tets_behind(std::span<const Triangle> triangles,
     std::map<Triangle, int> behind;
     for (const Triangle& t : triangles) behind.emplace(key_of(t), 0);
     for (std::size_t e = 0; e < tets.size(); ++e)
-        for (int k = 0; k < 4; ++k) {
-            const Tet& t = tets[e];
-            const auto found =
-                behind.find(key_of({t[(k + 1) % 4], t[(k + 2) % 4], t[(k + 3) % 4]}));
+        for (const auto& [i, j, k] : tet_faces) {
+            const auto found = behind.find(key_of({tets[e][i], tets[e][j], tets[e][k]}));
             if (found != behind.end()) found->second = static_cast<int>(e);
         }
     const auto numbers = vtkSmartPointer<vtkIntArray>::New();

@@ -82,12 +82,20 @@ TEST(BeyondModel, APeakInLessThanAHundredthOfTheVolumeIsNone) {
         << "one node at a corner of 8 x 4 x 4 cells is pulled";
 }
 
-TEST(ModelLimits, FramesOfNearlyIncompressibleBodiesInNewmarksStepsTakeTwoNewtonIterations) {
+constexpr TimeScheme schemes[] = {TimeScheme::static_equilibrium, TimeScheme::implicit_euler,
+                                  TimeScheme::newmark, TimeScheme::generalized_alpha};
+
+/// A tracked scene whose second material is so.
+Scene nearly_incompressible() {
     Scene scene;
     scene.track.emplace();
     scene.materials = {{.young_Pa = 3000, .poisson = 0.45}, {.young_Pa = 3000, .poisson = 0.499}};
-    for (const TimeScheme scheme : {TimeScheme::static_equilibrium, TimeScheme::implicit_euler,
-                                    TimeScheme::newmark, TimeScheme::generalized_alpha}) {
+    return scene;
+}
+
+TEST(ModelLimits, FramesOfNearlyIncompressibleBodiesInNewmarksStepsTakeTwoNewtonIterations) {
+    Scene scene = nearly_incompressible();
+    for (const TimeScheme scheme : schemes) {
         scene.time.scheme = scheme;
         EXPECT_EQ(newton_iterations_of_frame(scene), scheme == TimeScheme::newmark ? 2 : 1);
     }
@@ -107,11 +115,8 @@ TEST(ModelLimits, FramesOfNearlyIncompressibleBodiesInNewmarksStepsTakeTwoNewton
 
 TEST(ModelLimits, NewmarksStepsOfNearlyIncompressibleBodiesAreTold) {
     const TetMesh grid = test::hex_grid({2, 1, 1}, {0.2, 0.1, 0.1}), tets = limits_block();
-    Scene scene;
-    scene.track.emplace();
-    scene.materials = {{.young_Pa = 3000, .poisson = 0.45}, {.young_Pa = 3000, .poisson = 0.499}};
-    for (const TimeScheme scheme : {TimeScheme::static_equilibrium, TimeScheme::implicit_euler,
-                                    TimeScheme::newmark, TimeScheme::generalized_alpha}) {
+    Scene scene = nearly_incompressible();
+    for (const TimeScheme scheme : schemes) {
         scene.time.scheme = scheme;
         EXPECT_EQ(swinging_note(scene, grid).has_value(), scheme == TimeScheme::newmark);
         EXPECT_FALSE(swinging_note(scene, tets)) << "frames of two Newton iterations";
