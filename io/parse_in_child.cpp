@@ -1,6 +1,7 @@
 #include "io/parse_in_child.hpp"
 
 #include <algorithm>
+#include <csignal>
 #include <stdexcept>
 
 #include "base/child_process.hpp"
@@ -31,6 +32,12 @@ int answer(int descriptor, const std::function<std::vector<char>()>& parse) {
     }
 }
 
+/// True if neither the file nor the limits ended the child: another program killed it, or the
+/// system, for want of memory.
+bool killed_by_others(const ChildResult& child) {
+    return child.end == ChildResult::End::crashed && child.detail == SIGKILL;
+}
+
 }  // namespace
 
 std::vector<char> parse_in_child(const std::filesystem::path& path, const std::string& who,
@@ -50,6 +57,10 @@ std::vector<char> parse_in_child(const std::filesystem::path& path, std::uintmax
         return answer(descriptor, parse);
     };
     ChildResult child = run_in_child(work, time_limit_s);
+    if (killed_by_others(child)) child = run_in_child(work, time_limit_s);
+    if (killed_by_others(child))
+        fail("{}: cannot be read, twice {} {}", path.string(), who,
+             describe_end(child, time_limit_s));
     if (child.end != ChildResult::End::returned || child.result.empty())
         fail("{}: cannot be read, is it damaged? {} {}", path.string(), who,
              describe_end(child, time_limit_s));

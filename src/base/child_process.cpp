@@ -202,8 +202,9 @@ std::string describe_end(const ChildResult& child, double time_limit_s) {
         case ChildResult::End::timed_out:
             return fmt::format("did not end within {:.1f} s and was killed", time_limit_s);
         case ChildResult::End::crashed:
-            return child.detail == SIGXCPU ? "took more processor time than it may"
-                                           : fmt::format("crashed (signal {})", child.detail);
+            if (child.detail == SIGXCPU) return "took more processor time than it may";
+            if (child.detail == SIGKILL) return "was killed (signal 9), for want of memory?";
+            return fmt::format("crashed (signal {})", child.detail);
         case ChildResult::End::failed:
         case ChildResult::End::returned:
             break;

@@ -1,10 +1,15 @@
 #include "io/parse_in_child.hpp"
 
 #include <sys/resource.h>
+#include <unistd.h>
 
+#include <csignal>
 #include <cstring>
+#include <fstream>
 
 #include <gtest/gtest.h>
+
+#include "files.hpp"
 
 namespace livetet {
 namespace {
@@ -24,6 +29,27 @@ TEST(ParseInChild, LimitsFollowTheBytesAndCanBeLowered) {
     std::memcpy(cpu, result.data(), sizeof cpu);
     EXPECT_EQ(cpu[0].rlim_cur, 2005u);
     EXPECT_EQ(cpu[1].rlim_cur, 7u);
+}
+
+TEST(ParseInChild, AReaderThatOthersKillIsStartedOnceMore) {
+    const std::filesystem::path starts = testing_files::fresh_folder() / "starts";
+    const auto killed = [&](std::uintmax_t times) -> std::vector<char> {
+        std::ofstream(starts, std::ios::app) << 's' << std::flush;
+        if (std::filesystem::file_size(starts) <= times) ::kill(::getpid(), SIGKILL);
+        return {'r', 'e', 'a', 'd'};
+    };
+    EXPECT_EQ(parse_in_child("whole.h5", 1000, "test", [&] { return killed(1); }).size(), 4u);
+    EXPECT_EQ(std::filesystem::file_size(starts), 2u);
+    std::filesystem::remove(starts);
+    try {
+        parse_in_child("whole.h5", 1000, "test", [&] { return killed(3); });
+        FAIL() << "it was read";
+    } catch (const Error& error) {
+        EXPECT_STREQ(error.what(),
+                     "whole.h5: cannot be read, twice test was killed (signal 9), for want of "
+                     "memory?");
+    }
+    EXPECT_EQ(std::filesystem::file_size(starts), 2u);
 }
 
 }  // namespace
