@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "apps/scene/cuts.hpp"
 #include "apps/scene/model_limits.hpp"
 #include "apps/scene/scene_image.hpp"
 #include "base/counted.hpp"
@@ -116,6 +117,7 @@ std::vector<std::pair<std::string, std::string>> run_rows(const SolveReport& r) 
     std::vector<std::pair<std::string, std::string>> rows{{"result", r.source}};
     rows.emplace_back("mesh", fmt::format("{}, {} nodes{}", r.elements, r.nodes,
                                           r.run ? ", " + counted(r.run->levels, "level") : ""));
+    if (!r.cuts.empty()) rows.emplace_back("cuts", r.cuts);
     if (r.run) {
         rows.emplace_back("solver", r.run->solver);
         rows.emplace_back("ranks", fmt::format("{}", r.run->ranks));
@@ -182,6 +184,7 @@ SolveReport make_solve_report(const ResultReader& result, const std::filesystem:
                   .nodes = result.mesh().nodes.size(),
                   .frames = result.frame_count(),
                   .elements = elements_text(result.mesh()),
+                  .cuts = {},
                   .first_s = result.times_s().front(),
                   .last_s = result.times_s().back(),
                   .run = {},
@@ -205,6 +208,7 @@ SolveReport make_solve_report(const ResultReader& result, const std::filesystem:
     if (r.parts.empty()) return r;
     if (result.mesh().has_hexahedra()) r.parts.clear();  // they are of tetrahedra
     const Scene scene = read_yaml<Scene>(r.scene_text, r.source);
+    r.cuts = cuts_text(scene, result.mesh());
     r.fixed = fixed_nodes(scene, result.mesh(), source);
     r.beyond_model = beyond_model(scene, result.mesh(), result.displacement(r.largest_frame));
     if (auto note = locking_note(scene)) r.beyond_model.push_back(std::move(*note));
@@ -297,6 +301,7 @@ std::string report_json(const SolveReport& r) {
                         {"last_s", r.last_s},
                         {"largest_displacement_mm", r.largest_mm},
                         {"last_displacement_mm", r.last_mm}};
+    if (!r.cuts.empty()) out["cuts"] = r.cuts;
     if (r.truth)
         out["targets"] = {{"depth_mm", r.truth->depth_mm}, {"targets", r.truth->targets},
                           {"moving", r.truth->moving},     {"rms_mm", r.truth->rms_mm},

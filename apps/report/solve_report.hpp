@@ -49,6 +49,7 @@ struct SolveReport {
     std::string source, scene_text;
     std::size_t tets = 0, nodes = 0, frames = 0;
     std::string elements;  ///< "60000 tets", "5000 hexahedra"
+    std::string cuts;      ///< of the scene (cuts_text); empty: none, or the scene is unknown
     double first_s = 0, last_s = 0;
     std::size_t largest_frame = 0;  ///< kept frame with the largest displacement
     double largest_mm = 0,

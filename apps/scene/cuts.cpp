@@ -1,5 +1,7 @@
 #include "apps/scene/cuts.hpp"
 
+#include <fmt/ranges.h>
+
 #include <Eigen/Dense>
 
 #include <algorithm>
@@ -13,6 +15,7 @@
 #include "mesh/cut_hierarchy.hpp"
 #include "mesh/hex_cut.hpp"
 #include "mesh/mesh_pieces.hpp"
+#include "mesh/quadratic.hpp"
 
 namespace livetet {
 
@@ -232,6 +235,13 @@ void check_can_be_cut(const Scene& scene) {
 
 namespace {
 
+/// Names the surface for selections. New nodes of finer or ten-node tets follow its triangles.
+void note_surface(TetMesh& mesh) {
+    mesh.node_sets.try_emplace(surface_before_cuts, surface_nodes(mesh));
+    if (mesh.hexahedra.empty())
+        mesh.triangle_sets.try_emplace(surface_before_cuts, boundary_triangles(mesh.tets));
+}
+
 /// The levels without free pieces of the finest one.
 std::vector<TetMesh> without_pieces(std::vector<TetMesh> levels,
                                     const std::vector<MeshPiece>& free) {
@@ -250,6 +260,7 @@ MeshHierarchy with_cuts(const Scene& scene, MeshHierarchy hierarchy) {
     const bool is_grid = !hierarchy.levels.front().hexahedra.empty();
     if (!hierarchy.levels.front().quadratic_hexahedra.empty())
         fail("cuts: found hexahedra that are no grid, expected tetrahedra or a grid");
+    note_surface(hierarchy.levels.front());
     CutLevels cut = is_grid ? cut_grid(scene, hierarchy.levels.front())
                             : cut_tet_levels(scene, std::move(hierarchy.levels));
     const TetMesh& mesh = cut.levels.front();
@@ -288,6 +299,26 @@ std::vector<std::int32_t> resting_nodes(const Scene& scene, const TetMesh& mesh)
     if (scene.cuts.empty() || scene.time.is_dynamic() || scene.free_pieces != FreePieces::keep)
         return {};
     return nodes_of_pieces(free_pieces(mesh, held_components(scene, mesh)), mesh);
+}
+
+std::string cuts_text(const Scene& scene, const TetMesh& mesh) {
+    if (scene.cuts.empty()) return {};
+    constexpr std::size_t most = 4;
+    std::vector<std::string> volumes;
+    for (const MeshPiece& piece : mesh_pieces(mesh))
+        volumes.push_back(fmt::format("{:.4g} ml", 1e6 * piece.volume));
+    std::string text = counted(scene.cuts.size(), "cut") + "; the body is in ";
+    if (volumes.size() == 1) {
+        text += "one piece";
+    } else {
+        text += fmt::format(
+            "{} pieces: {}", volumes.size(),
+            fmt::join(volumes.begin(), volumes.begin() + std::min(most, volumes.size()), ", "));
+        if (volumes.size() > most) text += ", ...";
+    }
+    if (scene.free_pieces == FreePieces::leave_out)
+        text += "; pieces that nothing held are left out";
+    return text;
 }
 
 std::string mesh_identity(const Scene& scene) {

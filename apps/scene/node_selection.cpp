@@ -57,11 +57,18 @@ std::vector<std::int32_t> selected(const MeshPart& part, const SelectionOptions&
     return listed(part, s, key);
 }
 
-/// Of local nodes those on the surface. What is around a ghost is known to its owner alone.
+/// Of local nodes those on the surface, less walls of cuts. What is around a ghost is known to its
+/// owner alone.
 std::vector<std::int32_t> on_surface(const MeshPart& part, std::span<const std::int32_t> nodes) {
     std::vector<std::uint8_t> is_in(part.mesh().nodes.size(), 0);
     for (const std::int32_t n : surface_nodes_among(part.mesh(), nodes)) is_in[n] = 1;
     part.take_ghosts(is_in);
+    const auto before = part.mesh().node_sets.find(surface_before_cuts);
+    if (before != part.mesh().node_sets.end()) {
+        std::vector<std::uint8_t> was_in(is_in.size(), 0);
+        for (const std::int32_t n : before->second) was_in[n] = is_in[n];
+        is_in = std::move(was_in);
+    }
     std::vector<std::int32_t> found;
     for (std::size_t n = 0; n < is_in.size(); ++n)
         if (is_in[n]) found.push_back(static_cast<std::int32_t>(n));

@@ -9,6 +9,7 @@
 #include <limits>
 #include <mutex>
 
+#include "apps/scene/cuts.hpp"
 #include "apps/scene/outputs.hpp"
 #include "apps/scene/scene_image.hpp"
 #include "base/error.hpp"
@@ -93,6 +94,17 @@ WarpSource read_source(const ResultReader& result, const fs::path& result_file,
     const bool labels = std::holds_alternative<LabelImage>(source.values);
     source.how = a.interpolation.value_or(labels ? Interpolation::nearest : Interpolation::linear);
     return source;
+}
+
+/// A line on the scene's cuts; empty if there are none, or the scene is unknown.
+std::string line_on_cuts(const ResultReader& result, const fs::path& file) {
+    try {
+        const std::string text =
+            cuts_text(read_yaml<Scene>(result.scene_text(), file.string()), result.mesh());
+        return text.empty() ? text : fmt::format("cuts         {}\n", text);
+    } catch (const Error&) {
+        return {};
+    }
 }
 
 /// Throws Error if the grid contains none of these nodes; returns a note of how many lie outside. A
@@ -325,6 +337,7 @@ WarpInput::WarpInput(const fs::path& result, const WarpArguments& a) : file_(res
         check_dicom(a, *source_, grid_);
         note_ = check_place(source_->grid(), mesh().nodes, "the mesh at rest", source_->file);
     }
+    note_ += line_on_cuts(*result_, result);
     rind_ =
         a.rind_mm ? 1e-3 * *a.rind_mm : (source_ ? source_->grid() : grid_).spacing().maxCoeff();
     read_s_ = watch.lap();

@@ -40,7 +40,7 @@ class WarpInput {
     const ImageGrid& grid() const { return grid_; }  ///< of the outputs
     double rind() const { return rind_; }            ///< metres
     double read_s() const { return read_s_; }
-    const std::string& note() const { return note_; }  ///< of nodes outside of the image; or empty
+    const std::string& note() const { return note_; }  ///< of cuts, and nodes off the image
     double time_s(std::size_t frame) const { return result_->times_s()[frame]; }
     std::size_t frame_count() const { return result_->frame_count(); }
     const TetMesh& mesh() const { return result_->mesh(); }

@@ -90,7 +90,11 @@ TEST(Cuts, APartedBarAndItsImageGoToBothSides) {
             const double moved = mesh.nodes[cell[0]].x() < 0.0419 ? 0 : 0.008;
             ASSERT_NEAR(u[n].x(), moved, 1e-9);
         }
-    ASSERT_EQ(livetet(bar.folder, "warp out.h5 -o warped.nii.gz --empty -1").status, 0);
+    const auto warp = livetet(bar.folder, "warp out.h5 -o warped.nii.gz --empty -1");
+    ASSERT_EQ(warp.status, 0) << warp.err;
+    EXPECT_NE(warp.out.find("cuts         1 cut; the body is in 2 pieces: 10.24 ml, 10.24 ml\n"),
+              std::string::npos)
+        << warp.out;
     const GreyImage warped = grey_image(read_volume(bar.folder / "warped.nii.gz"), "warped");
     for (int i = 2; i < 90; ++i)
         for (const int j : {2, 9, 17}) {
@@ -184,6 +188,11 @@ TEST(Cuts, AFreePieceIsRefusedLeftOutOrKeptAtRest) {
     const ResultReader left(bar.folder / "out.h5");
     const auto alone = left.displacement(0);
     EXPECT_EQ(alone.size(), 11U * 25);
+    const auto report = livetet(bar.folder, "report out.h5");
+    EXPECT_NE(report.out.find("cuts                  1 cut; the body is in one piece; pieces that "
+                              "nothing held are left out"),
+              std::string::npos)
+        << report.out;
 
     write_text(bar.folder / "scene.yaml", held_alone("free_pieces: keep\n"));
     run = livetet(bar.folder, "solve scene.yaml --json out.json");
@@ -300,6 +309,43 @@ TEST(Cuts, ABarOfTetrahedraIsParted) {
         }
         EXPECT_GT(held, 100);
         EXPECT_GT(pulled, 100);
+    }
+}
+
+/// A patch on the surface across which a cut goes drives no node of the cut's walls.
+TEST(Cuts, TheWallsOfACutAreNotPartOfAPatchOnTheSurface) {
+    const CutBar bar;
+    std::vector<TetMesh> levels{shapes::box({0.08, 0.016, 0.016}, {20, 4, 4})};
+    for (Vector3& x : levels.front().nodes) x += Vector3::Constant(0.002);
+    write_hierarchy(bar.folder / "tets.h5", make_hierarchy(std::move(levels), "a box"));
+    for (const auto& [mesh, ranks] : {std::pair{"bar.h5}", 1},
+                                      {"tets.h5}", 1},
+                                      {"tets.h5}", 2},
+                                      {"tets.h5, refine: 1}", 1},
+                                      {"tets.h5}\nelements: P2", 1}}) {
+        write_text(bar.folder / "scene.yaml", fmt::format(R"(
+mesh: {{file: {}
+materials: [{{young_Pa: 5000, poisson: 0.3}}]
+fix: [{{half_space_mm: [2.1, 0, 0, 1, 0, 0]}}]
+drive: [{{sphere_mm: [43, 10, 18, 9], where: surface, displacement_mm: [0, 0, 1.5]}}]
+cuts: [{{point_mm: [43, 10, 18], edges_mm: [0, 40, 0, 0, 0, 16]}}]
+output: {{file: out.h5}}
+)",
+                                                          mesh));
+        const auto run = livetet(bar.folder, "solve scene.yaml", test::mpirun(ranks));
+        ASSERT_EQ(run.status, 0) << mesh << "\n" << run.err;
+        const ResultReader result(bar.folder / "out.h5");
+        const auto u = result.displacement(result.frame_count() - 1);
+        int outside = 0, inside = 0;
+        for (std::size_t n = 0; n < u.size(); ++n) {
+            if ((u[n] - Vector3(0, 0, 0.0015)).norm() > 1e-9) continue;
+            const Vector3 x = 1e3 * result.mesh().nodes[n];
+            const bool is_outside = (x - Vector3(2, 2, 2)).minCoeff() < 1e-6 ||
+                                    (Vector3(82, 18, 18) - x).minCoeff() < 1e-6;
+            ++(is_outside ? outside : inside);
+        }
+        EXPECT_GT(outside, 15) << mesh;
+        EXPECT_EQ(inside, 0) << mesh;
     }
 }
 
