@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "apps/live/listed_scene.hpp"
+#include "apps/live/released_piece.hpp"
 #include "apps/live/tracked_body.hpp"
 #include "apps/scene/cuts.hpp"
 #include "base/error.hpp"
@@ -176,19 +177,26 @@ void TrackedBody::add_copies_to(Settling& settling, const CutBody& made) {
 /// equation says where else.
 void TrackedBody::take_free_pieces(const std::vector<MeshPiece>& free) {
     const bool are_moving = scene_.time.is_dynamic();
-    cutting_->resting.clear();
-    cutting_->resting_at.clear();
-    if (!are_moving) cutting_->resting = nodes_of_pieces(free, body_.mesh());
-    for (const std::int32_t n : cutting_->resting)
-        cutting_->resting_at.push_back(frame_.displacement[n]);
     std::vector<MeshPiece> fresh;
     for (const MeshPiece& piece : free)
         if (cutting_->told.emplace(piece.cells.front(), piece.cells.size()).second)
             fresh.push_back(piece);
+    cutting_->resting.clear();
+    cutting_->resting_at.clear();
+    bool are_near = true;
+    if (!are_moving) {
+        for (const MeshPiece& piece : fresh)
+            are_near &= release_piece(piece, body_.mesh(), frame_.displacement);
+        cutting_->resting = nodes_of_pieces(free, body_.mesh());
+    }
+    for (const std::int32_t n : cutting_->resting)
+        cutting_->resting_at.push_back(frame_.displacement[n]);
     if (fresh.empty()) return;
-    log_warning(fmt::format("a blade cut off {}; {}", pieces_text(fresh),
-                            are_moving ? "what it cut off moves freely"
-                                       : "what it cut off rests where it is, in a static scene"));
+    log_warning(fmt::format(
+        "a blade cut off {}; {}", pieces_text(fresh),
+        are_moving ? "what it cut off moves freely"
+        : are_near ? "what it cut off rests where it is, undeformed, in a static scene"
+                   : "it had hung by so little that it is set back to its place in the image"));
 }
 
 }  // namespace livetet

@@ -51,6 +51,19 @@ FrameStatistics frame_statistics(const RunResult& result) {
     return s;
 }
 
+/// The frame of the largest displacement, among that of the deepest press and some fifty others.
+std::size_t frame_that_moves_most(const RunResult& result, std::size_t deepest) {
+    const std::size_t last = result.frames.size() - 1, every = last / 50 + 1;
+    std::vector<std::size_t> frames{deepest, last};
+    for (std::size_t k = 0; k < last; k += every) frames.push_back(k);
+    std::size_t found = deepest;
+    double largest = -1;
+    for (const std::size_t k : frames)
+        for (const Vector3& u : result.displacement(k))
+            if (u.norm() > largest) largest = u.norm(), found = k;
+    return found;
+}
+
 /// Adds what the scene of the run says. Adds nothing if the scene has keys that this version does
 /// not know.
 void add_scene(Report& report, const RunResult& result) {
@@ -60,7 +73,9 @@ void add_scene(Report& report, const RunResult& result) {
     if (report.parts.empty()) return;
     if (result.mesh.has_hexahedra()) report.parts.clear();  // they are of tetrahedra
     const Scene scene = read_yaml<Scene>(result.scene_text, result.source);
-    report.notes = beyond_model(scene, result.mesh, result.displacement(report.deepest_frame));
+    report.notes =
+        beyond_model(scene, result.mesh,
+                     result.displacement(frame_that_moves_most(result, report.deepest_frame)));
     if (auto note = locking_note(scene)) report.notes.push_back(std::move(*note));
     if (auto note = swinging_note(scene, result.mesh)) report.notes.push_back(std::move(*note));
     if (scene.track)

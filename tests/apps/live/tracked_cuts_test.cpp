@@ -11,6 +11,7 @@
 #include "apps/live/tracked_model.hpp"
 #include "apps/scene/cuts.hpp"
 #include "base/error.hpp"
+#include "geometry/umeyama.hpp"
 #include "mesh/hex_cut.hpp"
 #include "mesh/mesh_pieces.hpp"
 #include "mesh/quadratic.hpp"
@@ -300,6 +301,12 @@ TEST(TrackedCuts, APieceThatIsCutOffRestsInAStaticScene) {
         if (run.mesh().nodes[cell[7]].x() < 0.021 && run.mesh().nodes[cell[0]].z() > 0.039)
             piece.insert(piece.end(), cell.begin(), cell.end());
     const auto before = run.frame().displacement;
+    std::vector<Vector3> rest, at;
+    for (const std::int32_t n : piece) {
+        rest.push_back(run.mesh().nodes[n]);
+        at.push_back(rest.back() + before[n]);
+    }
+    EXPECT_LT(fit_points(rest, at, Scaling::rigid).fre, 1e-9) << "it has its shape at rest";
     run.rest(60);  // the press is taken back
     double moved = 0, rest_moved = 0;
     for (const std::int32_t n : piece)
