@@ -186,7 +186,9 @@ class Measurement {
 WorkPrecision measure_choices(const Scene& scene, const std::filesystem::path& folder,
                               const WorkPrecisionOptions& options) {
     ProgressLine progress("workprecision");
-    const Choices choices(scene, load_mesh(scene, progress.callback()), folder);
+    MeshHierarchy hierarchy = load_mesh(scene, progress.callback());
+    refuse_hexahedra(hierarchy, "tune, and bench workprecision");
+    const Choices choices(scene, std::move(hierarchy), folder);
     std::vector<SceneChoice> all = choices.all();
     std::erase_if(all, [&](const SceneChoice& c) {
         return (c.varied + ": " + c.name).find(options.only) == std::string::npos;

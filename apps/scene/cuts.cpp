@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <Eigen/Dense>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 
@@ -123,6 +124,22 @@ std::string extent_text(const TetMesh& mesh) {
     return fmt::format("which spans {} to {}", place_text(low), place_text(high));
 }
 
+/// For a cut that parts nothing.
+std::string expected_text(const CutSurface& surface, const TetMesh& mesh) {
+    Eigen::AlignedBox3d box;
+    for (const Vector3& x : mesh.nodes) box.extend(x);
+    bool is_near = false;
+    if (const auto* patch = std::get_if<PlanePatch>(&surface)) {
+        is_near = (patch->radius || patch->edges) && box.contains(patch->point);
+    } else {
+        is_near = std::ranges::any_of(std::get<TriangleMesh>(surface).nodes,
+                                      [&](const Vector3& x) { return box.contains(x); });
+    }
+    return fmt::format("expected {} the body, {}",
+                       is_near ? "more than a cell's width of it within" : "a cut through",
+                       extent_text(mesh));
+}
+
 /// "2.0 x 2.0 x 2.5 mm".
 std::string cell_text(const GridFrame& frame) {
     const Eigen::RowVector3d edge = 1e3 * frame.axes.colwise().norm();
@@ -142,12 +159,11 @@ CutLevels cut_grid(const Scene& scene, const TetMesh& mesh) {
     const GridFrame frame = grid_frame(mesh, level);
     std::vector<std::uint8_t> cut(level.links.size(), 0);
     for (std::size_t i = 0; i < scene.cuts.size(); ++i) {
-        const auto crossed = crossed_links(level, frame, surface_of(scene.cuts[i]), key_of(i));
+        const CutSurface surface = surface_of(scene.cuts[i]);
+        const auto crossed = crossed_links(level, frame, surface, key_of(i));
         if (std::ranges::count(crossed, 1) == 0)
-            fail(
-                "{}: crosses no pair of neighbouring cells, expected a cut through the body, {} "
-                "in cells of {}",
-                key_of(i), extent_text(mesh), cell_text(frame));
+            fail("{}: crosses no pair of neighbouring cells, {} in cells of {}", key_of(i),
+                 expected_text(surface, mesh), cell_text(frame));
         for (std::size_t l = 0; l < cut.size(); ++l) cut[l] |= crossed[l];
     }
     TetMesh made = without_links(mesh, level, cut);
@@ -165,10 +181,10 @@ CutLevels cut_tet_levels(const Scene& scene, std::vector<TetMesh> levels) {
     CutCounts all;
     const std::string extent = extent_text(levels.front());
     for (std::size_t i = 0; i < scene.cuts.size(); ++i) {
-        const CutCounts counts = cut_levels(levels, surface_of(scene.cuts[i]), key_of(i));
+        const CutSurface surface = surface_of(scene.cuts[i]);
+        const CutCounts counts = cut_levels(levels, surface, key_of(i));
         if (counts.parted == 0)
-            fail("{}: parts no tetrahedron, expected a cut through the body, {}", key_of(i),
-                 extent);
+            fail("{}: parts no tetrahedron, {}", key_of(i), expected_text(surface, levels.front()));
         all.parted += counts.parted;
         all.added += counts.added;
         all.doubled += counts.doubled;

@@ -72,7 +72,7 @@ void check_ahead(const TrackOptions& track, const KeyPlaces& places) {
 
 /// Throws Error unless a blade is a segment between two points.
 void check_blade(const ToolOptions& tool, const std::string& key, const KeyPlaces& places) {
-    constexpr double shortest_mm = 0.01, longest_mm = 1000;
+    constexpr double shortest_mm = 1, longest_mm = 1000;
     const std::vector<double>& ends = *tool.blade_mm;
     if (ends.size() != 6)
         fail("{} has {} numbers, expected 6: two ends ({})", key, ends.size(), places(key));

@@ -241,9 +241,10 @@ TEST(Cuts, BadInputIsOneLineAndWritesNothing) {
     };
     const Case cases[] = {
         {"cuts: [{point_mm: [200, 0, 0], normal: [1, 0, 0]}]\n",
-         {"cuts[0]: crosses no pair", "(82.0, 18.0, 18.0) mm", "4 x 4 x 4 mm"}},
+         {"cuts[0]: crosses no pair", "a cut through the body", "(82.0, 18.0, 18.0) mm",
+          "4 x 4 x 4 mm"}},
         {"cuts: [{point_mm: [42, 10, 10], normal: [1, 0, 0], radius_mm: 0.5}]\n",
-         {"cuts[0]: crosses no pair"}},
+         {"cuts[0]: crosses no pair", "more than a cell's width of it within the body"}},
         {"cuts: [{point_mm: [42, 8, 8], normal: [1, 0, 0], radius_mm: 0.5}]\n",
          {"cuts: separate only 1 pair", "too few to open a gap"}},
         {"cuts: [{point_mm: [42, 8, 8], normal: [1, 0, 0], radius_mm: 0}]\n",

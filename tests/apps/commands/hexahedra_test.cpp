@@ -244,9 +244,9 @@ TEST(Hexahedra, OtherCommandsRefuseThemInOneLine) {
     write_bar(folder / "bar.nii.gz");
     ASSERT_EQ(livetet(folder, "mesh bar.nii.gz --cells hexahedra --tets 400 -o bar.h5").status, 0);
     write_text(folder / "scene.yaml", fmt::format(fmt::runtime(pulled), "linear"));
-    for (const char* command :
-         {"explain scene.yaml", "mesh bar.nii.gz --cells hexahedra --levels 3 -o o.h5",
-          "mesh bar.nii.gz --cells hexahedra --inside-growth 2 -o o.h5"}) {
+    for (const char* command : {"explain scene.yaml", "tune scene.yaml --error 1mm",
+                                "mesh bar.nii.gz --cells hexahedra --levels 3 -o o.h5",
+                                "mesh bar.nii.gz --cells hexahedra --inside-growth 2 -o o.h5"}) {
         const auto run = livetet(folder, command);
         EXPECT_EQ(run.status, 2) << command;
         EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;

@@ -216,8 +216,8 @@ TEST(TrackCuts, BladesThatCannotCutAreRefused) {
         EXPECT_FALSE(std::filesystem::exists(t.folder / "result.h5")) << track;
     };
     refused("tools: [{tool: Scalpel, blade_mm: [1, 2, 3, 1, 2, 3]}]",
-            {"track.tools[0].blade_mm = [1, 2, 3, 1, 2, 3]", "Scalpel", "0 mm long",
-             "0.01 to 1000 mm", "scene.yaml:"});
+            {"track.tools[0].blade_mm = [1, 2, 3, 1, 2, 3]", "Scalpel", "0 mm long", "1 to 1000 mm",
+             "scene.yaml:"});
     refused("tools: [{tool: Scalpel, blade_mm: [1, 2, 3]}]",
             {"track.tools[0].blade_mm has 3 numbers, expected 6"});
     refused("tools: [{tool: Scalpel, blade_mm: [0, 0, 0, .nan, 0, 0]}]", {"blade_mm", "finite"});

@@ -306,7 +306,8 @@ TEST(Track, ARecordingWithoutTheNamedSensorIsRefused) {
     t.record();
     t.recording.tools = {"Reference", "Probe"};
     write_sequence(t.folder / "press.igs.mha", t.recording);
-    test::expect_refused(livetet(t.folder, "track scene.yaml"), {"Sensor", "Reference", "Probe"});
+    test::expect_refused(livetet(t.folder, "track scene.yaml"),
+                         {"Sensor", "Reference", "Probe", "expected sensors: [] for none"});
 }
 
 TEST(Track, ALostSensorsPatchIsLetGoAndTheBodyComesHome) {
