@@ -180,7 +180,7 @@ class YamlReader {
     T convert(std::string_view key, const YAML::Node& node) const {
         if (node.IsNull())  // yaml-cpp reads it as the text "null"
             fail("{}{} has no value, expected {}, or no such key for its default ({})", prefix_,
-                 key, type_text<T>(), place(node));
+                 key, type_text<T>(), place_of_key(key));
         try {
             return yaml_value<T>(node);
         } catch (const YAML::Exception&) {
@@ -192,6 +192,12 @@ class YamlReader {
     }
     std::string place(const YAML::Node& node) const {
         return node.Mark().is_null() ? file_ : fmt::format("{}:{}", file_, node.Mark().line + 1);
+    }
+    /// The parser places a value that is missing where the next one begins.
+    std::string place_of_key(std::string_view key) const {
+        for (const auto& entry : node_)
+            if (entry.first.IsScalar() && entry.first.Scalar() == key) return place(entry.first);
+        return file_;
     }
     static std::string text_of(const YAML::Node& node);
 

@@ -332,9 +332,10 @@ TEST(BadInput, AKeyWithoutAValueIsRefusedWithItsPlace) {
     for (const char* value : {"~", "null", ""}) {
         write_text(folder / "scene.yaml", scene + "output:\n  file: " + value + "\n");
         expect_refused(livetet(folder, "solve scene.yaml"),
-                       {"output.file has no value", "scene.yaml:"});
+                       {"output.file has no value", "scene.yaml:4)"});
         write_text(folder / "scene.yaml", scene + "image: " + value + "\n");
-        expect_refused(livetet(folder, "explain scene.yaml"), {"image has no value"});
+        expect_refused(livetet(folder, "explain scene.yaml"),
+                       {"image has no value", "scene.yaml:3)"});
     }
     write_text(folder / "points.csv", "name,x_mm,y_mm,z_mm\na,1,1,1\n");
     write_text(folder / "scene.yaml",
