@@ -32,8 +32,8 @@ int answer(int descriptor, const std::function<std::vector<char>()>& parse) {
     }
 }
 
-/// True if neither the file nor the limits ended the child: another program killed it, or the
-/// system, for want of memory.
+/// True for SIGKILL: another program killed the child, or the system, for want of memory, or at a
+/// hard limit of processor time that this process has itself.
 bool killed_by_others(const ChildResult& child) {
     return child.end == ChildResult::End::crashed && child.detail == SIGKILL;
 }
@@ -59,8 +59,8 @@ std::vector<char> parse_in_child(const std::filesystem::path& path, std::uintmax
     ChildResult child = run_in_child(work, time_limit_s);
     if (killed_by_others(child)) child = run_in_child(work, time_limit_s);
     if (killed_by_others(child))
-        fail("{}: cannot be read, twice {} {}", path.string(), who,
-             describe_end(child, time_limit_s));
+        fail("{}: cannot be read: {} was killed twice (signal 9), for want of memory?",
+             path.string(), who);
     if (child.end != ChildResult::End::returned || child.result.empty())
         fail("{}: cannot be read, is it damaged? {} {}", path.string(), who,
              describe_end(child, time_limit_s));

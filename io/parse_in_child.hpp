@@ -10,8 +10,8 @@ namespace livetet {
 /// Runs another library's parser of `path` in a child process and returns what `parse` returns.
 /// Damaged files can make such parsers crash, loop or exhaust the memory, which ends only the
 /// child. Its limits are 5 s of processor time plus 2 s for each MB of the file (20 times that in
-/// wall time), and 2 GiB of memory plus 100 bytes for each byte of the file. That others kill a
-/// child (SIGKILL) says nothing of the file: another is started, once. Throws the Error that
+/// wall time), and 2 GiB of memory plus 100 bytes for each byte of the file. A
+/// child that is killed by SIGKILL is started once more. Throws the Error that
 /// `parse` throws, or one that says how the child ended and names the library, `who`.
 std::vector<char> parse_in_child(const std::filesystem::path& path, const std::string& who,
                                  const std::function<std::vector<char>()>& parse);

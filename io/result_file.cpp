@@ -258,6 +258,34 @@ void ResultReader::read_last_mesh() {
         fail("{}: has {} tets, expected the {} of the first mesh", where, last.tets.size(),
              mesh_.tets.size());
     mesh_ = std::move(last);
+    later_ = read_later(meshes);
+}
+
+/// From which frame on each later mesh was used, and how many nodes it has.
+std::vector<ResultReader::LaterMesh> ResultReader::read_later(std::size_t meshes) const {
+    const std::vector<double> rows = file_.read<double>(later_meshes, 2).values;
+    std::vector<LaterMesh> later;
+    double frame = 0, nodes = static_cast<double>(first_nodes_);
+    for (std::size_t i = 0; i < meshes; ++i) {
+        const std::size_t stored = file_.rows(later_group(i) + "/nodes", 3);
+        if (!(rows[2 * i] >= frame && rows[2 * i + 1] >= nodes) ||
+            rows[2 * i + 1] != static_cast<double>(stored))
+            fail(
+                "{}: table {}: row {} is ({}, {}), expected a frame from {} on and the {} nodes of "
+                "{}",
+                file_.shown(), later_meshes, i, rows[2 * i], rows[2 * i + 1], frame, stored,
+                later_group(i));
+        frame = rows[2 * i], nodes = rows[2 * i + 1];
+        later.push_back({frame, stored});
+    }
+    return later;
+}
+
+std::size_t ResultReader::nodes_of_frame(std::size_t k) const {
+    std::size_t nodes = first_nodes_;
+    for (const LaterMesh& mesh : later_)
+        if (mesh.first_frame <= static_cast<double>(k)) nodes = mesh.nodes;
+    return nodes;
 }
 
 TetMesh ResultReader::first_mesh() const {
@@ -268,10 +296,9 @@ std::vector<Vector3> ResultReader::displacement(std::size_t k) const {
     if (k >= times_.size())
         fail("{}: holds {} frames, expected one of number {}", file_.shown(), times_.size(), k);
     const auto table = file_.read<double>(frame_table(k), 3);
-    if (table.rows < first_nodes_ || table.rows > mesh_.nodes.size())
+    if (table.rows != nodes_of_frame(k))
         fail("{}: table {} has {} rows, expected {}", file_.shown(), frame_table(k), table.rows,
-             originals_.empty() ? std::to_string(first_nodes_)
-                                : fmt::format("from {} to {}", first_nodes_, mesh_.nodes.size()));
+             nodes_of_frame(k));
     std::vector<Vector3> displacement;
     displacement.reserve(mesh_.nodes.size());
     for (std::size_t n = 0; n < table.rows; ++n) {

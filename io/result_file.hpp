@@ -134,10 +134,17 @@ class ResultReader {
     std::vector<std::string> field_names() const { return file_.names("fields"); }
 
   private:
+    struct LaterMesh {
+        double first_frame;
+        std::size_t nodes;
+    };
     void read_last_mesh();
+    std::vector<LaterMesh> read_later(std::size_t meshes) const;
+    std::size_t nodes_of_frame(std::size_t k) const;
 
     hdf5::File file_;
     TetMesh mesh_;
+    std::vector<LaterMesh> later_;
     std::size_t first_nodes_ = 0;          ///< of the first mesh
     std::vector<std::int32_t> originals_;  ///< of each node after these, see ResultWriter::set_mesh
     std::string scene_text_;

@@ -119,10 +119,12 @@ TrackInputs::TrackInputs(const TrackArguments& arguments)
       budget_s(seconds_of(scene.track->budget)) {
     registration = read_registration(scene.track->registration);
     image_from_reference = rigid_registration(registration, *scene.track);
-    open =
-        open_source(scene.track->source, tools_of(*scene.track),
-                    {every_sample ? std::nullopt : std::optional(scene.track->speed),
-                     [this](const StreamSample& s) { arrivals.keep(s); }, scene.track->request_ms});
+    open = open_source(
+        scene.track->source, tools_of(*scene.track),
+        {every_sample ? std::nullopt : std::optional(scene.track->speed),
+         [this](const StreamSample& s) { arrivals.keep(s); }, scene.track->request_ms,
+         " (track.sensors, by default Sensor, track.reference_tool and track.tools name "
+         "the tools)"});
 }
 
 /// The data that replay_run needs.

@@ -191,6 +191,9 @@ int tune(const TuneArguments& a) {
         r.output = a.scene.parent_path() / (a.scene.stem().string() + ".tuned.yaml");
     refuse_to_overwrite("--output", r.output, {a.scene});
     const Scene scene = load_scene(std::filesystem::absolute(a.scene));
+    if (!scene.cuts.empty())
+        fail("{}: found cuts, expected a scene without them: tune writes a mesh of its own",
+             a.scene.string());
     return scene.track ? tune_live(r, scene) : tune_solve(r, scene);
 }
 

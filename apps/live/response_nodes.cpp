@@ -37,7 +37,7 @@ Holding scene_holding(const Scene& scene, const TetMesh& mesh) {
 
 std::vector<int> widened(const TetMesh& mesh, const std::vector<int>& set, NodeScope where,
                          double distance) {
-    const std::vector<std::int32_t> surface = surface_nodes(mesh);
+    const std::vector<std::int32_t> surface = selectable_surface(mesh);
     std::vector<std::uint8_t> is_in(mesh.nodes.size(), 0);
     for (const int n : set) is_in[n] = 1;
     std::vector<Vector3> of_set;

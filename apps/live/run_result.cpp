@@ -105,6 +105,7 @@ RunResult read_run_result(std::shared_ptr<const ResultReader> reader,
     result.info = reader->has_text("run") ? parse_run_info(reader->text("run"), result.source)
                                           : killed_run(result);
     result.displacement = [reader](std::size_t k) { return reader->displacement(k); };
+    result.first_mesh = [reader] { return reader->first_mesh(); };
     mark_nodes(result);
     return result;
 }

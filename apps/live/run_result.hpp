@@ -90,6 +90,7 @@ struct RunResult {
     std::vector<std::string> targets;  ///< names of those of each frame's statement
     RunInfo info;
     std::function<std::vector<Vector3>(std::size_t frame)> displacement;  ///< of each node, metres
+    std::function<TetMesh()> first_mesh;                                  ///< before blades cut it
 };
 
 /// Parses the JSON summary of a run. Throws Error naming `source` and the missing or wrong key.

@@ -214,6 +214,7 @@ class TrackedBody {
     void continue_on_mesh(CutBody& made);
     static void add_copies_to(Settling& settling, const CutBody& made);
     std::vector<FixOptions> fix_of_change(const SceneChange& change) const;
+    bool is_held(const MeshPiece& piece) const;
     void take_free_pieces(const std::vector<MeshPiece>& free);
 
     Scene scene_;

@@ -8,6 +8,7 @@
 #include "apps/live/released_piece.hpp"
 #include "apps/live/tracked_body.hpp"
 #include "apps/scene/cuts.hpp"
+#include "apps/scene/node_selection.hpp"
 #include "base/error.hpp"
 #include "base/log.hpp"
 #include "base/stopwatch.hpp"
@@ -30,6 +31,9 @@ void TrackedBody::check_ten_node_tets_can_be_cut() const {
 void TrackedBody::begin_cutting() {
     check_ten_node_tets_can_be_cut();
     Scene listed = listed_scene(scene_, body_.mesh());
+    // Selections are listed: to carry the triangles of the whole surface to each opened mesh would
+    // only take time.
+    for (TetMesh& level : body_.hierarchy.levels) level.triangle_sets.erase(surface_before_cuts);
     listed.solver.threads = body_.body->threads();  // as long as the run lasts
     cutting_ = std::make_unique<Cutting>(
         Cutting{BladeCuts(linear_levels(body_.hierarchy.levels), scene_.track->cut_interval_s),
@@ -173,30 +177,41 @@ void TrackedBody::add_copies_to(Settling& settling, const CutBody& made) {
     }
 }
 
+/// Whether a fixed or driven node, or a spring, is on a piece.
+bool TrackedBody::is_held(const MeshPiece& piece) const {
+    const Constraints& fixed = scene_constraints_->constraints();
+    const Springs& springs = scene_constraints_->springs();
+    return std::ranges::any_of(nodes_of_pieces({&piece, 1}, body_.mesh()), [&](std::int32_t n) {
+        return fixed.components[n] != 0 || (!springs.empty() && springs.stiffness[n] > 0);
+    });
+}
+
 /// Tells of pieces that are new. In static scenes what nothing holds stays where it is, as no
 /// equation says where else.
 void TrackedBody::take_free_pieces(const std::vector<MeshPiece>& free) {
     const bool are_moving = scene_.time.is_dynamic();
-    std::vector<MeshPiece> fresh;
-    for (const MeshPiece& piece : free)
-        if (cutting_->told.emplace(piece.cells.front(), piece.cells.size()).second)
-            fresh.push_back(piece);
+    std::vector<MeshPiece> fresh, set_back;
+    for (const MeshPiece& piece : free) {
+        if (!cutting_->told.emplace(piece.cells.front(), piece.cells.size()).second) continue;
+        const bool stays =
+            are_moving || is_held(piece) || release_piece(piece, body_.mesh(), frame_.displacement);
+        (stays ? fresh : set_back).push_back(piece);
+    }
     cutting_->resting.clear();
     cutting_->resting_at.clear();
-    bool are_near = true;
-    if (!are_moving) {
-        for (const MeshPiece& piece : fresh)
-            are_near &= release_piece(piece, body_.mesh(), frame_.displacement);
-        cutting_->resting = nodes_of_pieces(free, body_.mesh());
-    }
+    if (!are_moving) cutting_->resting = nodes_of_pieces(free, body_.mesh());
     for (const std::int32_t n : cutting_->resting)
         cutting_->resting_at.push_back(frame_.displacement[n]);
-    if (fresh.empty()) return;
-    log_warning(fmt::format(
-        "a blade cut off {}; {}", pieces_text(fresh),
-        are_moving ? "what it cut off moves freely"
-        : are_near ? "what it cut off rests where it is, undeformed, in a static scene"
-                   : "it had hung by so little that it is set back to its place in the image"));
+    if (!fresh.empty())
+        log_warning(fmt::format("a blade cut off {}; {}", pieces_text(fresh),
+                                are_moving
+                                    ? "what it cut off moves freely"
+                                    : "what it cut off rests where it is, in a static scene"));
+    if (!set_back.empty())
+        log_warning(fmt::format(
+            "a blade cut off {}; it had hung by so little that it was drawn out far, and is set "
+            "back to its place in the image",
+            pieces_text(set_back)));
 }
 
 }  // namespace livetet

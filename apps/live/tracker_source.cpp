@@ -80,22 +80,6 @@ double Rate::operator()(std::uint64_t count) {
     return rate_Hz_;
 }
 
-namespace {
-
-void check_tool(const std::string& source, const Recording& recording, const std::string& tool) {
-    try {
-        (void)tool_index(recording, tool);
-    } catch (const Error& e) {
-        fail("{}: {}{}", source, e.what(),
-             tool == SensorOptions().tool
-                 ? "; scenes without track.sensors have one of this name, expected sensors: [] for "
-                   "none"
-                 : "");
-    }
-}
-
-}  // namespace
-
 OpenSource open_source(const std::string& name, const std::vector<std::string>& tools,
                        const SourceOptions& options) {
     if (is_stream(name)) {
@@ -106,7 +90,8 @@ OpenSource open_source(const std::string& name, const std::vector<std::string>& 
         return {std::make_unique<OpenIgtLinkSource>(host, port, tools, stream)};
     }
     auto [recording, delays_s] = read_stored(name);
-    for (const std::string& tool : tools) check_tool(name, recording, tool);
+    for (const std::string& tool : tools)
+        with_context(name + options.names_tools, [&] { return tool_index(recording, tool); });
     OpenSource open;
     open.samples = recording.samples.size();
     open.interval_s = sample_interval(recording);

@@ -15,6 +15,7 @@ struct SourceOptions {
     std::optional<double> speed = 1;
     SampleListener listener{};        ///< called with each sample by the source's thread
     std::optional<int> request_ms{};  ///< of a stream: interval of TDATA requests
+    std::string names_tools{};        ///< for errors, behind the source: what names the tools
 };
 
 struct OpenSource {

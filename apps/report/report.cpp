@@ -1,8 +1,11 @@
 #include "apps/report/report.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 
+#include "apps/scene/cuts.hpp"
 #include "apps/scene/model_limits.hpp"
 #include "base/error.hpp"
 #include "config/yaml.hpp"
@@ -76,6 +79,9 @@ void add_scene(Report& report, const RunResult& result) {
     report.notes =
         beyond_model(scene, result.mesh,
                      result.displacement(frame_that_moves_most(result, report.deepest_frame)));
+    if (!scene.cuts.empty())
+        report.notes.push_back(
+            fmt::format("Cuts of the scene: {}.", cuts_text(scene, result.first_mesh())));
     if (auto note = locking_note(scene)) report.notes.push_back(std::move(*note));
     if (auto note = swinging_note(scene, result.mesh)) report.notes.push_back(std::move(*note));
     if (scene.track)

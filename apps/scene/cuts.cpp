@@ -3,7 +3,6 @@
 #include <fmt/ranges.h>
 
 #include <Eigen/Dense>
-#include <Eigen/Geometry>
 
 #include <algorithm>
 
@@ -13,6 +12,7 @@
 #include "base/error.hpp"
 #include "base/log.hpp"
 #include "config/yaml.hpp"
+#include "geometry/bounding_box.hpp"
 #include "mesh/cut_hierarchy.hpp"
 #include "mesh/hex_cut.hpp"
 #include "mesh/mesh_pieces.hpp"
@@ -119,15 +119,13 @@ CutSurface surface_of(const CutOptions& cut) {
 
 /// "which spans (0.0, 0.0, 0.0) mm to (9.0, 9.0, 9.0) mm".
 std::string extent_text(const TetMesh& mesh) {
-    Vector3 low = mesh.nodes.front(), high = low;
-    for (const Vector3& x : mesh.nodes) low = low.cwiseMin(x), high = high.cwiseMax(x);
-    return fmt::format("which spans {} to {}", place_text(low), place_text(high));
+    const Eigen::AlignedBox3d box = box_of(mesh.nodes);
+    return fmt::format("which spans {} to {}", place_text(box.min()), place_text(box.max()));
 }
 
 /// For a cut that parts nothing.
 std::string expected_text(const CutSurface& surface, const TetMesh& mesh) {
-    Eigen::AlignedBox3d box;
-    for (const Vector3& x : mesh.nodes) box.extend(x);
+    const Eigen::AlignedBox3d box = box_of(mesh.nodes);
     bool is_near = false;
     if (const auto* patch = std::get_if<PlanePatch>(&surface)) {
         is_near = (patch->radius || patch->edges) && box.contains(patch->point);
@@ -251,11 +249,13 @@ void check_can_be_cut(const Scene& scene) {
 
 namespace {
 
-/// Names the surface for selections. New nodes of finer or ten-node tets follow its triangles.
+/// Names the surface for selections. New nodes, of finer meshes and of order two, follow its
+/// triangles.
 void note_surface(TetMesh& mesh) {
-    mesh.node_sets.try_emplace(surface_before_cuts, surface_nodes(mesh));
-    if (mesh.hexahedra.empty())
-        mesh.triangle_sets.try_emplace(surface_before_cuts, boundary_triangles(mesh.tets));
+    if (mesh.node_sets.contains(surface_before_cuts)) return;  // it was cut before
+    std::vector<Triangle> surface = boundary_triangles(mesh.tets);
+    mesh.node_sets[surface_before_cuts] = nodes_of(surface);
+    mesh.triangle_sets[surface_before_cuts] = std::move(surface);
 }
 
 /// The levels without free pieces of the finest one.
@@ -333,7 +333,7 @@ std::string cuts_text(const Scene& scene, const TetMesh& mesh) {
         if (volumes.size() > most) text += ", ...";
     }
     if (scene.free_pieces == FreePieces::leave_out)
-        text += "; pieces that nothing held are left out";
+        text += "; pieces that nothing holds are left out";
     return text;
 }
 

@@ -33,8 +33,9 @@ std::vector<std::int32_t> resting_nodes(const Scene& scene, const TetMesh& mesh)
 /// "1 piece that neither fix nor drive holds: 3.2 ml at (1.0, 2.0, 3.0) mm".
 std::string pieces_text(const std::vector<MeshPiece>& pieces);
 
-/// What the scene's cuts made of a result's mesh: "1 cut; the body is in 2 pieces: 12.3 ml, 8.2 ml;
-/// pieces that nothing held are left out". Empty without cuts.
+/// What the scene's cuts made of a result's first mesh: "1 cut; the body is in 2 pieces: 12.3 ml,
+/// 8.2 ml; pieces that nothing holds are left out" (the rule: there may be none). Empty without
+/// cuts.
 std::string cuts_text(const Scene& scene, const TetMesh& mesh);
 
 /// All keys that the scene's mesh depends on, as text: scenes with equal texts have equal meshes.

@@ -2,11 +2,12 @@
 
 #include <fmt/ranges.h>
 
-#include <Eigen/Geometry>
-
+#include <algorithm>
+#include <iterator>
 #include <set>
 
 #include "base/error.hpp"
+#include "geometry/bounding_box.hpp"
 #include "image/mask_selection.hpp"
 #include "io/image_file.hpp"
 #include "mesh/node_selection.hpp"
@@ -57,28 +58,30 @@ std::vector<std::int32_t> selected(const MeshPart& part, const SelectionOptions&
     return listed(part, s, key);
 }
 
+/// Surface nodes, sorted, that were on the surface before the scene's cuts.
+std::vector<std::int32_t> less_walls(const TetMesh& mesh, std::vector<std::int32_t> surface) {
+    const auto before = mesh.node_sets.find(surface_before_cuts);
+    if (before == mesh.node_sets.end()) return surface;
+    std::vector<std::int32_t> found;
+    std::ranges::set_intersection(surface, before->second, std::back_inserter(found));
+    return found;
+}
+
 /// Of local nodes those on the surface, less walls of cuts. What is around a ghost is known to its
 /// owner alone.
 std::vector<std::int32_t> on_surface(const MeshPart& part, std::span<const std::int32_t> nodes) {
     std::vector<std::uint8_t> is_in(part.mesh().nodes.size(), 0);
     for (const std::int32_t n : surface_nodes_among(part.mesh(), nodes)) is_in[n] = 1;
     part.take_ghosts(is_in);
-    const auto before = part.mesh().node_sets.find(surface_before_cuts);
-    if (before != part.mesh().node_sets.end()) {
-        std::vector<std::uint8_t> was_in(is_in.size(), 0);
-        for (const std::int32_t n : before->second) was_in[n] = is_in[n];
-        is_in = std::move(was_in);
-    }
     std::vector<std::int32_t> found;
     for (std::size_t n = 0; n < is_in.size(); ++n)
         if (is_in[n]) found.push_back(static_cast<std::int32_t>(n));
-    return found;
+    return less_walls(part.mesh(), std::move(found));
 }
 
 /// Of the whole mesh, m.
-Eigen::AlignedBox3d box_of(const MeshPart& part) {
-    Eigen::AlignedBox3d box;
-    for (const Vector3& x : part.mesh().nodes) box.extend(x);
+Eigen::AlignedBox3d whole_box(const MeshPart& part) {
+    Eigen::AlignedBox3d box = box_of(part.mesh().nodes);
     if (part.comm() != MPI_COMM_SELF) {
         MPI_Allreduce(MPI_IN_PLACE, box.min().data(), 3, MPI_DOUBLE, MPI_MIN, part.comm());
         MPI_Allreduce(MPI_IN_PLACE, box.max().data(), 3, MPI_DOUBLE, MPI_MAX, part.comm());
@@ -88,12 +91,16 @@ Eigen::AlignedBox3d box_of(const MeshPart& part) {
 
 }  // namespace
 
+std::vector<std::int32_t> selectable_surface(const TetMesh& mesh) {
+    return less_walls(mesh, surface_nodes(mesh));
+}
+
 std::vector<std::int32_t> select_nodes(const MeshPart& part, const SelectionOptions& s,
                                        const std::string& key) {
     std::vector<std::int32_t> nodes = selected(part, s, key);
     if (s.where == NodeScope::surface_only) nodes = on_surface(part, nodes);
     if (part.count(nodes) == 0) {
-        const Eigen::AlignedBox3d box = box_of(part);
+        const Eigen::AlignedBox3d box = whole_box(part);
         const Vector3 low = box.min(), high = box.max();
         fail(
             "{} selects no node; the mesh spans ({:.1f}, {:.1f}, {:.1f}) to ({:.1f}, {:.1f}, "

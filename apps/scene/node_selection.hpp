@@ -9,14 +9,17 @@
 
 namespace livetet {
 
-/// The node set, of a mesh with the scene's cuts, that was its surface before them, copies of
-/// doubled nodes included.
+/// The set of nodes and triangles, of a mesh with the scene's cuts, that was its surface before
+/// them, copies of doubled nodes included. Files keep it.
 inline constexpr const char* surface_before_cuts = "surface before cuts";
 
-/// The nodes of a selection, as local nodes of a part, sorted. Walls of the scene's cuts do not
-/// count as surface; those of cuts that the mesh file has do. Throws Error, naming `key`, if there
+/// The nodes of a selection, as local nodes of a part, sorted. Walls of cuts are no surface,
+/// if the mesh has the set `surface_before_cuts`. Throws Error, naming `key`, if there
 /// are none on any rank. Collective.
 std::vector<std::int32_t> select_nodes(const MeshPart& part, const SelectionOptions& selection,
                                        const std::string& key);
+
+/// The nodes that count as surface in selections, sorted; of a whole mesh.
+std::vector<std::int32_t> selectable_surface(const TetMesh& mesh);
 
 }  // namespace livetet

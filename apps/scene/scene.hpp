@@ -135,10 +135,10 @@ void visit_fields(Visitor& v, DriveOptions& d) {
 template <class Visitor>
 void visit_fields(Visitor& v, LoadOptions& l) {
     visit_selection(v, l);
-    v.field(
-        "force_N", l.force_N, "N",
-        "total force, shared evenly by the nodes; by those of a grid of hexahedra according to the "
-        "tissue around them");
+    v.field("force_N", l.force_N, "N",
+            "total force, shared evenly by the nodes; on a grid of hexahedra in proportion to the "
+            "tissue "
+            "around each");
     v.field("traction_Pa", l.traction_Pa, "Pa", "dead traction on the surface between the nodes");
     v.field("pressure_Pa", l.pressure_Pa, "Pa",
             "pressure on the surface between the nodes, inwards along its normal at rest");

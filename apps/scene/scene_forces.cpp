@@ -1,6 +1,7 @@
 #include "apps/scene/scene_forces.hpp"
 
 #include <algorithm>
+#include <set>
 
 #include "apps/scene/node_selection.hpp"
 #include "base/error.hpp"
@@ -13,8 +14,19 @@ namespace livetet {
 
 namespace {
 
+/// Of triangles those that are in a set, in whatever order of their nodes.
+void keep_those_in(std::span<const Triangle> set, std::vector<Triangle>& triangles) {
+    const auto sorted = [](Triangle t) {
+        std::ranges::sort(t);
+        return t;
+    };
+    std::set<Triangle> kept;
+    for (const Triangle& t : set) kept.insert(sorted(t));
+    std::erase_if(triangles, [&](const Triangle& t) { return !kept.contains(sorted(t)); });
+}
+
 /// The triangles that a load acts on: those of its group or, without a group, the boundary
-/// triangles whose corners are all selected.
+/// triangles whose corners are all selected; no wall of a cut, if it acts on the surface alone.
 std::vector<Triangle> loaded_triangles(const TetMesh& mesh, const LoadOptions& load,
                                        std::span<const std::int32_t> nodes) {
     if (load.group)
@@ -30,6 +42,9 @@ std::vector<Triangle> loaded_triangles(const TetMesh& mesh, const LoadOptions& l
     std::vector<Triangle> triangles = boundary_triangles(around);
     std::erase_if(triangles,
                   [&](const Triangle& t) { return !std::all_of(t.begin(), t.end(), selected); });
+    const auto before = mesh.triangle_sets.find(surface_before_cuts);
+    if (load.where == NodeScope::surface_only && before != mesh.triangle_sets.end())
+        keep_those_in(before->second, triangles);
     return triangles;
 }
 
@@ -89,12 +104,13 @@ std::vector<double> tissue_around(const TetMesh& mesh) {
 /// little cannot bear what a whole one can.
 void add_force(const MeshPart& part, const Vector3& whole, std::span<const std::int32_t> nodes,
                std::vector<Vector3>& force) {
+    if (whole == Vector3::Zero()) return;
     if (part.mesh().shares.empty()) {
         const auto count = static_cast<double>(part.count(nodes));
         for (const std::int32_t n : nodes) force[n] += whole / count;
         return;
     }
-    const std::vector<double> share = tissue_around(part.mesh());
+    const std::vector<double> share = tissue_around(part.mesh());  // grids are on one rank
     double sum = 0;
     for (const std::int32_t n : nodes) sum += share[n];
     for (const std::int32_t n : nodes) force[n] += share[n] / sum * whole;

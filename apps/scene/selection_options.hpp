@@ -41,7 +41,8 @@ void visit_selection(Visitor& v, SelectionOptions& s) {
         "are numbered anew as they are read");
     v.choice("where", s.where, "which of those nodes",
              {{NodeScope::all, "all", "inside and surface"},
-              {NodeScope::surface_only, "surface", "only those on the surface"}});
+              {NodeScope::surface_only, "surface",
+               "only those on the surface, which the walls of cuts are no part of"}});
 }
 
 /// How many of its keys are given.

@@ -133,9 +133,8 @@ void visit_fields(Visitor& v, ToolOptions& o) {
             "is shown");
     v.field("blade_mm", o.blade_mm, "mm",
             "the two ends [x, y, z, x, y, z] of a blade's edge, from the tip or, without one, from "
-            "the tool's sensor: what the edge sweeps in the organ is cut. Not with elements: P2 in "
-            "the mixed form; a "
-            "run that is to cut has a blade from its start");
+            "the tool's sensor: what the edge sweeps in the organ is cut. 1 to 1000 mm long. Not "
+            "with elements: P2 in the mixed form; a run that is to cut has a blade from its start");
 }
 
 template <class Visitor>

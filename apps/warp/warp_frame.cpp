@@ -96,12 +96,10 @@ WarpSource read_source(const ResultReader& result, const fs::path& result_file,
     return source;
 }
 
-/// A line on the scene's cuts; empty if there are none, or the scene is unknown.
-std::string line_on_cuts(const ResultReader& result, const fs::path& file) {
+/// On the scene's cuts; empty if there are none, or the scene is unknown.
+std::string text_on_cuts(const ResultReader& result, const fs::path& file) {
     try {
-        const std::string text =
-            cuts_text(read_yaml<Scene>(result.scene_text(), file.string()), result.mesh());
-        return text.empty() ? text : fmt::format("cuts         {}\n", text);
+        return cuts_text(read_yaml<Scene>(result.scene_text(), file.string()), result.first_mesh());
     } catch (const Error&) {
         return {};
     }
@@ -337,7 +335,7 @@ WarpInput::WarpInput(const fs::path& result, const WarpArguments& a) : file_(res
         check_dicom(a, *source_, grid_);
         note_ = check_place(source_->grid(), mesh().nodes, "the mesh at rest", source_->file);
     }
-    note_ += line_on_cuts(*result_, result);
+    cuts_ = text_on_cuts(*result_, result);
     rind_ =
         a.rind_mm ? 1e-3 * *a.rind_mm : (source_ ? source_->grid() : grid_).spacing().maxCoeff();
     read_s_ = watch.lap();
@@ -360,6 +358,10 @@ WarpedFrame warp_frame(const WarpInput& input, const WarpJob& job, const WarpArg
     out.figures = {{"result", input.file().string()},   {"frame", job.frame + 1},
                    {"time_s", input.time_s(job.frame)}, {"size", input.grid().size},
                    {"rind_mm", 1e3 * input.rind()},     {"read_s", input.read_s()}};
+    if (!input.cuts().empty()) {
+        out.text += fmt::format("cuts         {}\n", input.cuts());
+        out.figures["cuts"] = input.cuts();
+    }
     FrameWriter writer(input, job, a, team, motion, out);
     if (!job.files.image.empty()) writer.write_image();
     writer.write_fields();

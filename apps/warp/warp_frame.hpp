@@ -40,7 +40,8 @@ class WarpInput {
     const ImageGrid& grid() const { return grid_; }  ///< of the outputs
     double rind() const { return rind_; }            ///< metres
     double read_s() const { return read_s_; }
-    const std::string& note() const { return note_; }  ///< of cuts, and nodes off the image
+    const std::string& note() const { return note_; }  ///< of nodes outside of the image; or empty
+    const std::string& cuts() const { return cuts_; }  ///< of the scene (cuts_text); or empty
     double time_s(std::size_t frame) const { return result_->times_s()[frame]; }
     std::size_t frame_count() const { return result_->frame_count(); }
     const TetMesh& mesh() const { return result_->mesh(); }
@@ -52,7 +53,7 @@ class WarpInput {
     std::optional<WarpSource> source_;
     ImageGrid grid_;
     double rind_ = 0, read_s_ = 0;
-    std::string note_;
+    std::string note_, cuts_;
 };
 
 /// Result of warping a frame: the figures, and the same as text.

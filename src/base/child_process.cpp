@@ -203,7 +203,6 @@ std::string describe_end(const ChildResult& child, double time_limit_s) {
             return fmt::format("did not end within {:.1f} s and was killed", time_limit_s);
         case ChildResult::End::crashed:
             if (child.detail == SIGXCPU) return "took more processor time than it may";
-            if (child.detail == SIGKILL) return "was killed (signal 9), for want of memory?";
             return fmt::format("crashed (signal {})", child.detail);
         case ChildResult::End::failed:
         case ChildResult::End::returned:

@@ -23,7 +23,8 @@ std::vector<MeshPiece> mesh_pieces(const TetMesh& mesh) {
         const auto [found, fresh] = piece_of.try_emplace(joined.find(corners[0]), pieces.size());
         if (fresh) pieces.emplace_back();
         MeshPiece& piece = pieces[found->second];
-        const double volume = is_grid ? full * mesh.shares[e] : signed_volume(mesh, mesh.tets[e]);
+        double volume = is_grid ? full * mesh.shares[e] : signed_volume(mesh, mesh.tets[e]);
+        if (!is_grid && !mesh.shares.empty()) volume *= mesh.shares[e / mesh.tets_per_element()];
         Vector3 middle = Vector3::Zero();
         for (const std::int32_t n : corners)
             middle += mesh.nodes[n] / static_cast<double>(corners.size());

@@ -39,13 +39,19 @@ std::map<std::string, std::vector<Triangle>> moved_sets(const TetMesh& before,
         return t;
     };
     std::map<Triangle, std::vector<Triangle*>> wanted;
+    std::vector<std::uint8_t> is_at_one(before.nodes.size(), 0);
     for (auto& [name, triangles] : sets)
-        for (Triangle& t : triangles) wanted[sorted(t)].push_back(&t);
+        for (Triangle& t : triangles) {
+            wanted[sorted(t)].push_back(&t);
+            for (const std::int32_t n : t) is_at_one[n] = 1;
+        }
     for (std::size_t e = 0; e < before.tets.size() && !wanted.empty(); ++e)
         for (int opposite = 0; opposite < 4; ++opposite) {
             Triangle face{};
             for (int i = 0, k = 0; i < 4; ++i)
                 if (i != opposite) face[k++] = before.tets[e][i];
+            if (std::ranges::any_of(face, [&](std::int32_t n) { return is_at_one[n] == 0; }))
+                continue;
             const auto found = wanted.find(sorted(face));
             if (found == wanted.end()) continue;
             for (Triangle* t : found->second)

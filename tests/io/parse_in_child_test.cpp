@@ -46,7 +46,7 @@ TEST(ParseInChild, AReaderThatOthersKillIsStartedOnceMore) {
         FAIL() << "it was read";
     } catch (const Error& error) {
         EXPECT_STREQ(error.what(),
-                     "whole.h5: cannot be read, twice test was killed (signal 9), for want of "
+                     "whole.h5: cannot be read: test was killed twice (signal 9), for want of "
                      "memory?");
     }
     EXPECT_EQ(std::filesystem::file_size(starts), 2u);

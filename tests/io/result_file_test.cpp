@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <csignal>
+#include <limits>
 
 #include "files.hpp"
 #include "io/hierarchy_file.hpp"
@@ -254,7 +255,9 @@ TEST(ResultFile, ALaterMeshThatDoesNotFitItsFileIsAnError) {
         writer.append(0, CutRow::frame(12, 0));
         writer.close();
     }
-    const auto broken = [&](const TetMesh& later, const std::vector<std::int32_t>& originals) {
+    const auto broken = [&](const TetMesh& later, const std::vector<std::int32_t>& originals,
+                            const std::vector<double>& from_and_nodes = {0, 16},
+                            std::size_t rows = 17) {
         const auto path = folder / "broken.h5";
         {
             auto file = hdf5::File::create(path, "broken.h5");
@@ -263,17 +266,34 @@ TEST(ResultFile, ALaterMeshThatDoesNotFitItsFileIsAnError) {
             write_mesh(file, "mesh", row.whole);
             write_mesh(file, "meshes/000000", later);
             file.write<std::int32_t>("meshes/000000/originals", originals, 1);
-            file.write<double>("later_meshes", std::vector<double>{0, 16}, 2);
+            file.write<double>("later_meshes", from_and_nodes, 2);
             file.write<double>("times", std::vector<double>{0}, 1);
-            file.write<double>("displacement/000000",
-                               std::vector<double>(3 * (later.nodes.size() + 1), 0.0), 3);
+            file.write<double>("displacement/000000", std::vector<double>(3 * rows, 0.0), 3);
         }
         return error_of([&] { (void)ResultReader(path).displacement(0); });
     };
     EXPECT_TRUE(says(broken(row.open, {1, 4, 7}), {"broken.h5", "meshes/000000", "3 copies"}));
     EXPECT_TRUE(says(broken(row.open, {1, 4, 7, -1}), {"broken.h5", "node 15", "node -1"}));
     EXPECT_TRUE(says(broken(row.open, {1, 4, 7, 10}),
-                     {"broken.h5", "displacement/000000", "17 rows", "from 12 to 16"}));
+                     {"broken.h5", "displacement/000000", "17 rows", "expected 16"}));
+    const double none = std::numeric_limits<double>::quiet_NaN();
+    for (const double frame : {1.0, 0.0, none, -1.0})
+        for (const double nodes : {16.0, 15.0, none}) {
+            if (nodes == 16 && frame >= 0) continue;
+            const std::string said = broken(row.open, {1, 4, 7, 10}, {frame, nodes});
+            EXPECT_TRUE(says(said, {"broken.h5", "later_meshes"})) << frame << ", " << nodes;
+        }
+    // Before the later mesh, and from it on.
+    for (const auto& [frame, nodes] : {std::pair{1.0, 12U}, {0.0, 16U}})
+        for (const std::size_t rows : {12U, 14U, 16U}) {
+            const std::string said = broken(row.open, {1, 4, 7, 10}, {frame, 16}, rows);
+            if (rows == nodes)
+                EXPECT_EQ(said, "") << frame;
+            else
+                EXPECT_TRUE(
+                    says(said, {"displacement/000000", frame > 0 ? "expected 12" : "expected 16"}))
+                    << frame << ", " << rows << ": " << said;
+        }
 }
 
 }  // namespace

@@ -307,7 +307,7 @@ TEST(Track, ARecordingWithoutTheNamedSensorIsRefused) {
     t.recording.tools = {"Reference", "Probe"};
     write_sequence(t.folder / "press.igs.mha", t.recording);
     test::expect_refused(livetet(t.folder, "track scene.yaml"),
-                         {"Sensor", "Reference", "Probe", "expected sensors: [] for none"});
+                         {"Sensor", "Reference", "Probe", "track.sensors, by default Sensor"});
 }
 
 TEST(Track, ALostSensorsPatchIsLetGoAndTheBodyComesHome) {

@@ -111,6 +111,26 @@ TEST(Report, CountsFramesOverBudgetMissedHeldAndNotConverged) {
     EXPECT_FALSE(report.truth);
 }
 
+/// Also where nothing is pressed, so that no frame is the deepest.
+TEST(Report, AFrameThatIsFarBeyondTheBodyIsTold) {
+    RunResult result;
+    result.source = "made.h5";
+    result.scene_text =
+        "mesh: {file: block.h5}\nfix: [{half_space_mm: [0, 0, 0, 1, 0, 0]}]\n"
+        "track: {source: press.igs.mha, registration: registration.json}\n";
+    result.mesh = test::block({2, 2, 2}, {0.1, 0.1, 0.1});
+    result.frames.resize(400);
+    for (std::size_t k = 0; k < 400; ++k) result.frames[k].time_s = 0.1 * static_cast<double>(k);
+    for (const double far : {0.001, 0.5}) {
+        result.displacement = [far, n = result.mesh.nodes.size()](std::size_t k) {
+            return std::vector<Vector3>(n, Vector3(k > 200 && k < 240 ? far : 0, 0, 0));
+        };
+        const std::string text = report_text(make_report(result, nullptr));
+        EXPECT_EQ(text.find("500 mm, is above the body's size") != std::string::npos, far > 0.1)
+            << text;
+    }
+}
+
 TEST(Report, ARigidErrorAddsToTheMotionThatIsNotFollowed) {
     const Truth truth = make_truth();
     const TargetErrors e = compare_with_truth(make_result(truth, 1), truth);

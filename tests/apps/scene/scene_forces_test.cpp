@@ -2,10 +2,13 @@
 
 #include <gtest/gtest.h>
 
-#include <numeric>
+#include <cmath>
+#include <map>
 
+#include "apps/scene/cuts.hpp"
 #include "mesh/quadratic_hexahedra.hpp"
 #include "support/hex_grids.hpp"
+#include "support/shapes.hpp"
 
 namespace livetet {
 namespace {
@@ -54,6 +57,33 @@ TEST(SceneForces, SoDoThoseOfOrderTwo) {
     EXPECT_NEAR(of_plane[10] / of_plane[0], 1.1, 1e-9);
     EXPECT_NEAR(of_plane[15] / of_plane[0], 0.2, 1e-9);
     EXPECT_NEAR(of_plane[20] / of_plane[0], 0.1, 1e-9);
+}
+
+/// The rim of a cut has nodes on the surface, and its wall faces between three of these.
+TEST(SceneForces, APressureOnTheSurfaceActsOnNoWallOfACut) {
+    const Vector3 size(0.08, 0.04, 0.04);
+    for (TetMesh& mesh :
+         std::vector<TetMesh>{test::block({8, 4, 4}, size), test::hex_grid({8, 4, 4}, size)}) {
+        Scene scene;
+        scene.fix.emplace_back().half_space_mm = {0.1, 0, 0, 1, 0, 0};
+        scene.drive.emplace_back().half_space_mm = {79.9, 0, 0, -1, 0, 0};
+        CutOptions& cut = scene.cuts.emplace_back();
+        cut.point_mm = Vector3(40, 20, 20);
+        cut.normal = Vector3(1, 0, 0);
+        LoadOptions& load = scene.loads.emplace_back();
+        load.box_mm = {20, -1, -1, 60, 50, 50};
+        load.pressure_Pa = 100;
+        const MeshHierarchy made = with_cuts(scene, make_hierarchy({std::move(mesh)}, "a block"));
+        const auto largest_along_x = [&](NodeScope where) {
+            load.where = where;
+            double largest = 0;
+            for (const Vector3& f : scene_forces(scene, made.levels.front()))
+                largest = std::max(largest, std::abs(f.x()));
+            return largest;
+        };
+        EXPECT_LT(largest_along_x(NodeScope::surface_only), 1e-12);
+        EXPECT_GT(largest_along_x(NodeScope::all), 1e-3);
+    }
 }
 
 }  // namespace
