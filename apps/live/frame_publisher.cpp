@@ -15,6 +15,7 @@
 #include "base/log.hpp"
 #include "geometry/ellipsoid_surface.hpp"
 #include "io/openigtlink/conversions.hpp"
+#include "mesh/grid_border.hpp"
 #include "mesh/grid_surface.hpp"
 #include "tracking/poses.hpp"
 
@@ -127,7 +128,7 @@ FrameMessages::FrameMessages(const TetMesh& mesh, std::string surface)
 }
 
 void FrameMessages::take_mesh(const TetMesh& mesh) {
-    triangles_ = boundary_triangles(mesh.tets);
+    triangles_ = body_surface(mesh);
     nodes_ = nodes_of(triangles_);
     const std::vector<Vector3> places = drawn_places(mesh, triangles_);
     for (Triangle& t : triangles_)

@@ -145,10 +145,7 @@ const Frame& TrackedBody::advance(const TrackerSample& sample, FrameLimits limit
         return s.leaving &&
                (s.patch.nodes().empty() || s.patch.drive().status() == DriveStatus::released);
     });
-    const bool held_anew = std::any_of(sensors_.begin(), sensors_.end(), [](const Sensor& s) {
-        return s.is_hard != s.patch.is_hard();
-    });
-    if (held_anew) take_constraints();
+    if (is_held_anew()) take_constraints();
     move_patches();
     pull_patches();
     settle();

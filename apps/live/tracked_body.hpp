@@ -138,7 +138,7 @@ class TrackedBody {
         bool leaving = false;  ///< the sensor was removed or the marker let go: lost for good
         int by_hand = 0;       ///< number of the marker; 0: a tracked sensor
         SensorPatch patch;
-        bool is_hard = false;
+        bool is_hard = false, holds = false;
         double off_organ = 0;
         /// Other sensors have moved the model since it was placed.
         bool had_others = false;
@@ -171,15 +171,18 @@ class TrackedBody {
         std::vector<std::int32_t> slot;  ///< index in `nodes` of each node, or -1
         std::vector<int> by;             ///< number of patches that hold each of `nodes`
     };
+    /// A piece of a static body that neither fix nor drive holds.
+    struct FreePiece {
+        std::vector<std::int32_t> nodes;
+        std::vector<Vector3> at{};  ///< where it rests, m; empty while a sensor carries it
+    };
     /// What a scene with blades needs.
     struct Cutting {
         BladeCuts cuts;
         Scene listed;  ///< its selections as lists of nodes of the present mesh: needs no file
         std::vector<PoseFollower> followers{};          ///< of image_from_tool, one a blade
         std::vector<std::optional<BladeEdge>> edges{};  ///< in the image, m
-        /// Static scenes: nodes of pieces that nothing holds, and where they stay, m.
-        std::vector<std::int32_t> resting{};
-        std::vector<Vector3> resting_at{};
+        std::vector<FreePiece> free{};                  ///< of a static scene
         /// Free pieces that were told of, by their first cell and number of cells.
         std::set<std::pair<std::int32_t, std::size_t>> told{};
         std::unique_ptr<CutOpening> opening{};  ///< none: nothing is to open
@@ -214,7 +217,10 @@ class TrackedBody {
     void continue_on_mesh(CutBody& made);
     static void add_copies_to(Settling& settling, const CutBody& made);
     std::vector<FixOptions> fix_of_change(const SceneChange& change) const;
-    bool is_held(const MeshPiece& piece) const;
+    bool is_held(std::span<const std::int32_t> piece) const;
+    bool is_carried(std::span<const std::int32_t> piece) const;
+    void hold_free_pieces();
+    bool is_held_anew() const;
     void take_free_pieces(const std::vector<MeshPiece>& free);
 
     Scene scene_;

@@ -177,41 +177,45 @@ void TrackedBody::add_copies_to(Settling& settling, const CutBody& made) {
     }
 }
 
-/// Whether a fixed or driven node, or a spring, is on a piece.
-bool TrackedBody::is_held(const MeshPiece& piece) const {
+/// Whether a fixed or driven node, or a spring of the scene, is on a piece.
+bool TrackedBody::is_held(std::span<const std::int32_t> piece) const {
     const Constraints& fixed = scene_constraints_->constraints();
     const Springs& springs = scene_constraints_->springs();
-    return std::ranges::any_of(nodes_of_pieces({&piece, 1}, body_.mesh()), [&](std::int32_t n) {
+    return std::ranges::any_of(piece, [&](std::int32_t n) {
         return fixed.components[n] != 0 || (!springs.empty() && springs.stiffness[n] > 0);
     });
 }
 
 /// Tells of pieces that are new. In static scenes what nothing holds stays where it is, as no
-/// equation says where else.
+/// equation says where else; a sensor on it carries it.
 void TrackedBody::take_free_pieces(const std::vector<MeshPiece>& free) {
     const bool are_moving = scene_.time.is_dynamic();
-    std::vector<MeshPiece> fresh, set_back;
+    std::vector<MeshPiece> moving, resting, carried, set_back;
+    cutting_->free.clear();
     for (const MeshPiece& piece : free) {
-        if (!cutting_->told.emplace(piece.cells.front(), piece.cells.size()).second) continue;
-        const bool stays =
-            are_moving || is_held(piece) || release_piece(piece, body_.mesh(), frame_.displacement);
-        (stays ? fresh : set_back).push_back(piece);
+        std::vector<std::int32_t> nodes = nodes_of_pieces({&piece, 1}, body_.mesh());
+        const bool is_new = cutting_->told.emplace(piece.cells.front(), piece.cells.size()).second;
+        std::vector<MeshPiece>* kind = &resting;
+        if (are_moving)
+            kind = &moving;
+        else if (is_carried(nodes))
+            kind = &carried;
+        else if (is_new && !is_held(nodes) &&
+                 !release_piece(piece, body_.mesh(), frame_.displacement))
+            kind = &set_back;
+        if (is_new) kind->push_back(piece);
+        if (!are_moving) cutting_->free.push_back({std::move(nodes)});
     }
-    cutting_->resting.clear();
-    cutting_->resting_at.clear();
-    if (!are_moving) cutting_->resting = nodes_of_pieces(free, body_.mesh());
-    for (const std::int32_t n : cutting_->resting)
-        cutting_->resting_at.push_back(frame_.displacement[n]);
-    if (!fresh.empty())
-        log_warning(fmt::format("a blade cut off {}; {}", pieces_text(fresh),
-                                are_moving
-                                    ? "what it cut off moves freely"
-                                    : "what it cut off rests where it is, in a static scene"));
-    if (!set_back.empty())
-        log_warning(fmt::format(
-            "a blade cut off {}; it had hung by so little that it was drawn out far, and is set "
-            "back to its place in the image",
-            pieces_text(set_back)));
+    const auto tell = [](const std::vector<MeshPiece>& pieces, const char* what) {
+        if (!pieces.empty())
+            log_warning(fmt::format("a blade cut off {}; {}", pieces_text(pieces), what));
+    };
+    tell(moving, "what it cut off moves freely");
+    tell(resting, "what it cut off rests where it is, in a static scene");
+    tell(carried, "what it cut off goes with the sensor on it");
+    tell(set_back,
+         "it had hung by so little that it was drawn out far, and is set back to its place in the "
+         "image");
 }
 
 }  // namespace livetet

@@ -34,17 +34,53 @@ void TrackedBody::place_patches() {
     }
 }
 
+namespace {
+
+bool holds(const SensorPatch& patch) { return patch.is_hard() || patch.spring_stiffness() > 0; }
+
+}  // namespace
+
+/// Whether what is prescribed, or which free pieces sensors carry, has changed.
+bool TrackedBody::is_held_anew() const {
+    const bool any_free = cutting_ && !cutting_->free.empty();
+    return std::ranges::any_of(sensors_, [&](const Sensor& s) {
+        return s.is_hard != s.patch.is_hard() || (any_free && s.holds != holds(s.patch));
+    });
+}
+
+/// A patch of three nodes determines where a piece is.
+bool TrackedBody::is_carried(std::span<const std::int32_t> piece) const {
+    return std::ranges::any_of(sensors_, [&](const Sensor& s) {
+        return holds(s.patch) && std::ranges::count_if(s.patch.nodes(), [&](std::int32_t n) {
+                                     return std::ranges::binary_search(piece, n);
+                                 }) >= 3;
+    });
+}
+
+/// Prescribes the pieces that nothing holds: they stay where they are from now on.
+void TrackedBody::hold_free_pieces() {
+    for (FreePiece& piece : cutting_->free) {
+        if (is_carried(piece.nodes)) {
+            piece.at.clear();
+            continue;
+        }
+        if (piece.at.empty())
+            for (const std::int32_t n : piece.nodes) piece.at.push_back(frame_.displacement[n]);
+        for (std::size_t k = 0; k < piece.nodes.size(); ++k)
+            constraints_.prescribe({&piece.nodes[k], 1}, piece.at[k]);
+    }
+}
+
 /// Prescribed nodes: those of the scene, and the patches that are not held by springs.
 void TrackedBody::take_constraints() {
     constraints_ = scene_constraints_->constraints();
-    if (cutting_)
-        for (std::size_t k = 0; k < cutting_->resting.size(); ++k)
-            constraints_.prescribe({&cutting_->resting[k], 1}, cutting_->resting_at[k]);
+    if (cutting_) hold_free_pieces();
     for (const std::int32_t n : driven_.nodes) driven_.slot[n] = -1;
     driven_.nodes.clear();
     driven_.by.clear();
     for (Sensor& s : sensors_) {
         s.is_hard = s.patch.is_hard();
+        s.holds = holds(s.patch);
         if (!s.is_hard) continue;
         for (const std::int32_t n : s.patch.nodes()) {
             if (constraints_.components[n] != 0) continue;

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "apps/scene/cuts.hpp"
+#include "apps/scene/node_selection.hpp"
 #include "apps/scene/scene_forces.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -188,6 +189,8 @@ MeshHierarchy in_elements(MeshHierarchy hierarchy, Elements elements) {
     const bool is_quadratic = !finest.quadratic_hexahedra.empty() || !finest.edge_nodes.empty();
     if (elements == Elements::p1 || is_quadratic) return hierarchy;
     if (finest.hexahedra.empty()) return with_quadratic_level(std::move(hierarchy));
+    // Of cells, solid ones and others; the set's nodes are kept.
+    hierarchy.levels.front().triangle_sets.erase(surface_before_cuts);
     return make_hierarchy({quadratic_grid(finest)}, std::move(hierarchy.provenance));
 }
 

@@ -14,9 +14,9 @@
 #include "config/yaml.hpp"
 #include "geometry/bounding_box.hpp"
 #include "mesh/cut_hierarchy.hpp"
+#include "mesh/grid_border.hpp"
 #include "mesh/hex_cut.hpp"
 #include "mesh/mesh_pieces.hpp"
-#include "mesh/quadratic.hpp"
 
 namespace livetet {
 
@@ -253,9 +253,8 @@ namespace {
 /// triangles.
 void note_surface(TetMesh& mesh) {
     if (mesh.node_sets.contains(surface_before_cuts)) return;  // it was cut before
-    std::vector<Triangle> surface = boundary_triangles(mesh.tets);
-    mesh.node_sets[surface_before_cuts] = nodes_of(surface);
-    mesh.triangle_sets[surface_before_cuts] = std::move(surface);
+    mesh.node_sets[surface_before_cuts] = selectable_surface(mesh);
+    mesh.triangle_sets[surface_before_cuts] = body_surface(mesh);
 }
 
 /// The levels without free pieces of the finest one.

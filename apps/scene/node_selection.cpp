@@ -10,6 +10,7 @@
 #include "geometry/bounding_box.hpp"
 #include "image/mask_selection.hpp"
 #include "io/image_file.hpp"
+#include "mesh/grid_border.hpp"
 #include "mesh/node_selection.hpp"
 #include "mesh/quadratic.hpp"
 
@@ -67,11 +68,20 @@ std::vector<std::int32_t> less_walls(const TetMesh& mesh, std::vector<std::int32
     return found;
 }
 
+/// Sorted.
+std::vector<std::int32_t> surface_among(const TetMesh& mesh, std::span<const std::int32_t> nodes) {
+    if (mesh.shares.empty()) return surface_nodes_among(mesh, nodes);
+    std::vector<std::int32_t> sorted(nodes.begin(), nodes.end()), found;
+    std::ranges::sort(sorted);
+    std::ranges::set_intersection(border_nodes(mesh), sorted, std::back_inserter(found));
+    return found;
+}
+
 /// Of local nodes those on the surface, less walls of cuts. What is around a ghost is known to its
 /// owner alone.
 std::vector<std::int32_t> on_surface(const MeshPart& part, std::span<const std::int32_t> nodes) {
     std::vector<std::uint8_t> is_in(part.mesh().nodes.size(), 0);
-    for (const std::int32_t n : surface_nodes_among(part.mesh(), nodes)) is_in[n] = 1;
+    for (const std::int32_t n : surface_among(part.mesh(), nodes)) is_in[n] = 1;
     part.take_ghosts(is_in);
     std::vector<std::int32_t> found;
     for (std::size_t n = 0; n < is_in.size(); ++n)
@@ -92,7 +102,7 @@ Eigen::AlignedBox3d whole_box(const MeshPart& part) {
 }  // namespace
 
 std::vector<std::int32_t> selectable_surface(const TetMesh& mesh) {
-    return less_walls(mesh, surface_nodes(mesh));
+    return less_walls(mesh, mesh.shares.empty() ? surface_nodes(mesh) : border_nodes(mesh));
 }
 
 std::vector<std::int32_t> select_nodes(const MeshPart& part, const SelectionOptions& s,
@@ -109,6 +119,20 @@ std::vector<std::int32_t> select_nodes(const MeshPart& part, const SelectionOpti
             1e3 * high.z());
     }
     return nodes;
+}
+
+std::vector<double> shares_of_nodes(const MeshPart& part, std::span<const std::int32_t> nodes) {
+    if (part.mesh().shares.empty())
+        return std::vector<double>(nodes.size(), 1.0 / static_cast<double>(part.count(nodes)));
+    const std::vector<double> tissue = tissue_around(part.mesh());  // grids are on one rank
+    std::vector<double> shares;
+    double sum = 0;
+    for (const std::int32_t n : nodes) {
+        shares.push_back(tissue[n]);
+        sum += tissue[n];
+    }
+    for (double& share : shares) share /= sum;
+    return shares;
 }
 
 }  // namespace livetet

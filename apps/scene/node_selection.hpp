@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,11 @@ inline constexpr const char* surface_before_cuts = "surface before cuts";
 /// are none on any rank. Collective.
 std::vector<std::int32_t> select_nodes(const MeshPart& part, const SelectionOptions& selection,
                                        const std::string& key);
+
+/// What each of the nodes of a selection bears of a force or a stiffness that they share, in all 1:
+/// alike, on a grid by the tissue around each. A border cell that holds little of the body cannot
+/// bear what a whole one can. Collective.
+std::vector<double> shares_of_nodes(const MeshPart& part, std::span<const std::int32_t> nodes);
 
 /// The nodes that count as surface in selections, sorted; of a whole mesh.
 std::vector<std::int32_t> selectable_surface(const TetMesh& mesh);

@@ -99,11 +99,10 @@ template <class Visitor>
 void visit_fields(Visitor& v, FixOptions& f) {
     visit_selection(v, f);
     v.field("components", f.components, "", "components that are held", some_components());
-    v.field(
-        "stiffness_N_per_m", f.stiffness_N_per_m, "N/m",
-        "held by springs of this total stiffness, shared evenly by the nodes; none: held rigidly; "
-        "`500 +- 200` states its spread, for track.targets",
-        greater_than<0, Uncertain>());
+    v.field("stiffness_N_per_m", f.stiffness_N_per_m, "N/m",
+            "held by springs of this total stiffness, shared as force_N is; none: held rigidly; "
+            "`500 +- 200` states its spread, for track.targets",
+            greater_than<0, Uncertain>());
     v.field("spread_mm", f.spread_mm, "mm",
             "how far the border of these nodes may be off, one standard deviation, for "
             "track.targets",
@@ -120,7 +119,7 @@ void visit_fields(Visitor& v, DriveOptions& d) {
             "centre of the rotation; default: the mean of the nodes");
     v.field("components", d.components, "", "components that are driven", some_components());
     v.field("stiffness_N_per_m", d.stiffness_N_per_m, "N/m",
-            "driven by springs of this total stiffness, shared evenly by the nodes; none: driven "
+            "driven by springs of this total stiffness, shared as force_N is; none: driven "
             "rigidly",
             greater_than<0>());
     v.field("ramp_s", d.ramp_s, "s", "dynamic schemes: time in which the displacement is reached",

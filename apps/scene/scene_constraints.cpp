@@ -66,11 +66,12 @@ SceneConstraints::SceneConstraints(const Scene& scene, const MeshPart& part)
 void SceneConstraints::add(Driven d, const MeshPart& part, const Vector3& centre) {
     const std::vector<Vector3>& places = part.mesh().nodes;
     for (const std::int32_t n : d.nodes) d.arms.push_back(places[n] - centre);
-    d.count = static_cast<double>(part.count(d.nodes));
     if (d.stiffness) {
+        d.shares = shares_of_nodes(part, d.nodes);
         springs_.stiffness.resize(places.size(), 0);
         springs_.target.resize(places.size(), Vector3::Zero());
-        for (const std::int32_t n : d.nodes) springs_.stiffness[n] += *d.stiffness / d.count;
+        for (std::size_t k = 0; k < d.nodes.size(); ++k)
+            springs_.stiffness[d.nodes[k]] += *d.stiffness * d.shares[k];
     }
     driven_.push_back(std::move(d));
 }
@@ -83,7 +84,7 @@ void SceneConstraints::move(Driven& d, double share) {
         const Vector3 value = turned * d.arms[k] + share * d.displacement;
         d.values.push_back(value);
         if (d.stiffness)  // the springs of overlapping soft sets pull together, to their mean
-            springs_.target[n] += *d.stiffness / d.count / springs_.stiffness[n] * value;
+            springs_.target[n] += *d.stiffness * d.shares[k] / springs_.stiffness[n] * value;
         else
             constraints_.prescribe(std::span(&n, 1), value, d.components);
     }
@@ -99,7 +100,7 @@ std::vector<std::pair<std::string, Vector3>> SceneConstraints::forces(
             const std::int32_t n = d->nodes[k];
             if (n >= owned_) continue;  // its owner counts it
             if (d->stiffness) {
-                force += *d->stiffness / d->count * (d->values[k] - displacement[n]);
+                force += *d->stiffness * d->shares[k] * (d->values[k] - displacement[n]);
                 continue;
             }
             for (int c = 0; c < 3; ++c) {

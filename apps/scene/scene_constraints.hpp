@@ -37,8 +37,8 @@ class SceneConstraints {
     struct Driven {
         std::string key;
         std::vector<std::int32_t> nodes;
-        std::vector<Vector3> arms{};             ///< from the centre of the turn to each of them, m
-        double count = 0;                        ///< of them on all ranks
+        std::vector<Vector3> arms{};   ///< from the centre of the turn to each of them, m
+        std::vector<double> shares{};  ///< of the stiffness, of each (shares_of_nodes); soft only
         Vector3 displacement = Vector3::Zero();  ///< m
         Vector3 turn = Vector3::Zero();          ///< rotation vector, rad
         std::uint8_t components = 7;

@@ -7,6 +7,7 @@
 #include "base/error.hpp"
 #include "geometry/triangle_area.hpp"
 #include "mechanics/gravity_load.hpp"
+#include "mesh/grid_border.hpp"
 #include "mesh/quadratic.hpp"
 #include "mesh/quadratic_faces.hpp"
 
@@ -37,7 +38,7 @@ std::vector<Triangle> loaded_triangles(const TetMesh& mesh, const LoadOptions& l
     const auto selected = [&](std::int32_t n) { return bool(is_selected[n]); };
     // Both tets at a face of selected corners have three of these.
     std::vector<Tet> around;
-    for (const Tet& t : mesh.tets)
+    for (const Tet& t : solid_tets(mesh))
         if (std::count_if(t.begin(), t.end(), selected) >= 3) around.push_back(t);
     std::vector<Triangle> triangles = boundary_triangles(around);
     std::erase_if(triangles,
@@ -85,37 +86,6 @@ void add_to_triangles(const TetMesh& mesh, const LoadOptions& load,
     }
 }
 
-/// Of each node of a grid: what of the cells around it is inside the body, from 0 to 1. A corner is
-/// between 8 cells; of those of order two, that of an edge between 4, of a face 2, a middle in 1.
-std::vector<double> tissue_around(const TetMesh& mesh) {
-    std::vector<double> share(mesh.nodes.size(), 0);
-    for (std::size_t e = 0; e < mesh.hexahedra.size(); ++e)
-        for (const std::int32_t n : mesh.hexahedra[e]) share[n] += mesh.shares[e] / 8;
-    for (std::size_t e = 0; e < mesh.quadratic_hexahedra.size(); ++e)
-        for (int i = 0; i < 27; ++i) {
-            const int cells =
-                (i % 3 == 1 ? 1 : 2) * (i / 3 % 3 == 1 ? 1 : 2) * (i / 9 == 1 ? 1 : 2);
-            share[mesh.quadratic_hexahedra[e][i]] += mesh.shares[e] / cells;
-        }
-    return share;
-}
-
-/// Nodes share a force evenly, those of a grid by the tissue around them: a border cell that holds
-/// little cannot bear what a whole one can.
-void add_force(const MeshPart& part, const Vector3& whole, std::span<const std::int32_t> nodes,
-               std::vector<Vector3>& force) {
-    if (whole == Vector3::Zero()) return;
-    if (part.mesh().shares.empty()) {
-        const auto count = static_cast<double>(part.count(nodes));
-        for (const std::int32_t n : nodes) force[n] += whole / count;
-        return;
-    }
-    const std::vector<double> share = tissue_around(part.mesh());  // grids are on one rank
-    double sum = 0;
-    for (const std::int32_t n : nodes) sum += share[n];
-    for (const std::int32_t n : nodes) force[n] += share[n] / sum * whole;
-}
-
 }  // namespace
 
 std::vector<Vector3> scene_forces(const Scene& scene, const MeshPart& part) {
@@ -126,7 +96,8 @@ std::vector<Vector3> scene_forces(const Scene& scene, const MeshPart& part) {
         const LoadOptions& load = scene.loads[i];
         const std::string key = fmt::format("loads[{}]", i);
         const auto nodes = select_nodes(part, load, key);
-        add_force(part, load.force_N, nodes, force);
+        const std::vector<double> shares = shares_of_nodes(part, nodes);
+        for (std::size_t k = 0; k < nodes.size(); ++k) force[nodes[k]] += shares[k] * load.force_N;
         if (load.pressure_Pa == 0 && load.traction_Pa == Vector3::Zero()) continue;
         if (!mesh.shares.empty() && load.traction_Pa != Vector3::Zero())
             fail(

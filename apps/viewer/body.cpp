@@ -21,6 +21,7 @@
 #include "io/image_file.hpp"
 #include "io/registration_file.hpp"
 #include "io/surface_file.hpp"
+#include "mesh/grid_border.hpp"
 #include "mesh/grid_surface.hpp"
 #include "mesh/tet_faces.hpp"
 #include "meshing/surface_check.hpp"
@@ -104,7 +105,8 @@ void read_shown_fiducials(ShownBody& body, const fs::path& path) {
 
 DrawnSurface render_surface(const TetMesh& mesh) {
     constexpr std::size_t enough = 20000;
-    const std::vector<Triangle> triangles = boundary_triangles(mesh.tets);
+    const std::vector<Tet> solid = solid_tets(mesh);
+    const std::vector<Triangle> triangles = boundary_triangles(solid);
     const std::vector<std::int32_t> nodes = nodes_of(triangles);
     vtkNew<vtkPoints> points;
     points->SetDataTypeToDouble();
@@ -120,7 +122,7 @@ DrawnSurface render_surface(const TetMesh& mesh) {
     vtkNew<vtkPolyData> coarse;
     coarse->SetPoints(points);
     coarse->SetPolys(cells);
-    coarse->GetCellData()->SetScalars(tets_behind(triangles, mesh.tets));  // triangles pass it on
+    coarse->GetCellData()->SetScalars(tets_behind(triangles, solid));  // triangles pass it on
     vtkNew<vtkLoopSubdivisionFilter> fine;
     fine->SetInputData(coarse);
     int times = 0;
@@ -129,8 +131,7 @@ DrawnSurface render_surface(const TetMesh& mesh) {
     fine->Update();
     // Subdivision needs a manifold surface; others are shown as they are.
     return drawn(
-        times > 0 && fine->GetOutput()->GetNumberOfCells() > 0 ? fine->GetOutput() : coarse,
-        mesh.tets);
+        times > 0 && fine->GetOutput()->GetNumberOfCells() > 0 ? fine->GetOutput() : coarse, solid);
 }
 
 void add_statement(ShownMoment& moment, const FrameStatement& statement,
@@ -178,7 +179,7 @@ ShownBody make_shown_body(TetMesh mesh, const std::optional<Scene>& scene, const
         });
     std::sort(fixed.begin(), fixed.end());
     fixed.erase(std::unique(fixed.begin(), fixed.end()), fixed.end());
-    const std::vector<std::int32_t> skin = nodes_of(boundary_triangles(body.mesh.tets));
+    const std::vector<std::int32_t> skin = nodes_of(body_surface(body.mesh));
     std::set_intersection(fixed.begin(), fixed.end(), skin.begin(), skin.end(),
                           std::back_inserter(body.fixed));
     if (scene->track && !scene->track->registration.empty())

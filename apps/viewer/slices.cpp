@@ -90,9 +90,26 @@ SliceView::SliceView(const ShownBody& body, const ImageSampler& sampler, int axi
 }
 
 void SliceView::take_mesh() {
-    skin_ = boundary_triangles(body_.mesh.tets);
-    at_rest_.assign(body_.mesh.nodes.size(), Vector3::Zero());
+    const TetMesh& whole = body_.mesh;
+    clipped_ = {};
+    points_.clear();
+    if (!whole.shares.empty()) {
+        ClippedTets clipped = clipped_grid(whole);
+        points_ = std::move(clipped.points);
+        clipped_.tets = std::move(clipped.tets);
+        clipped_.nodes = with_points(whole.nodes);
+    }
+    skin_ = boundary_triangles(sliced().tets);
+    at_rest_.assign(sliced().nodes.size(), Vector3::Zero());
     rest_at_.reset();
+}
+
+/// Values of the whole mesh's nodes, and of the points after them.
+std::vector<Vector3> SliceView::with_points(std::vector<Vector3> values) const {
+    values.reserve(values.size() + points_.size());
+    for (const auto& [a, b, share] : points_)
+        values.push_back((1 - share) * values[a] + share * values[b]);
+    return values;
 }
 
 void SliceView::fit() {
@@ -118,13 +135,14 @@ Vector3 SliceView::point_at(int x, int y) const {
 void SliceView::show(const ShownMoment& moment, bool deformed, const Vector3& cross) {
     plane_.origin[axis_] = cross[axis_];
     if (rest_at_ != cross[axis_]) {
-        slice_body(body_.mesh, at_rest_, plane_, rest_);
-        slice_outline(body_.mesh.nodes, at_rest_, skin_, plane_, rest_outline_);
+        slice_body(sliced(), at_rest_, plane_, rest_);
+        slice_outline(sliced().nodes, at_rest_, skin_, plane_, rest_outline_);
         rest_at_ = cross[axis_];
     }
-    const std::vector<Vector3>& displacement = deformed ? moment.displacement : at_rest_;
-    if (deformed) slice_body(body_.mesh, displacement, plane_, now_);
-    slice_outline(body_.mesh.nodes, displacement, skin_, plane_, outline_);
+    const std::vector<Vector3> displacement =
+        deformed ? with_points(moment.displacement) : at_rest_;
+    if (deformed) slice_body(sliced(), displacement, plane_, now_);
+    slice_outline(sliced().nodes, displacement, skin_, plane_, outline_);
     sample_slice(sampler_, plane_, rest_, deformed ? now_ : rest_,
                  {static_cast<float*>(pixels_->GetScalarPointer()), plane_.size()});
     pixels_->GetPointData()->GetScalars()->Modified();

@@ -16,6 +16,7 @@
 #include "apps/viewer/body.hpp"
 #include "apps/viewer/text_layout.hpp"
 #include "image/image_slice.hpp"
+#include "mesh/clipped_grid.hpp"
 
 namespace livetet {
 
@@ -46,12 +47,17 @@ class SliceView {
   private:
     void draw_lines(const ShownMoment& moment, const Vector3& cross);
     void cut_regions(const ShownMoment& moment, bool deformed);
+    /// The mesh that is sliced: a grid clipped at the body's surface, others as they are.
+    const TetMesh& sliced() const { return points_.empty() ? body_.mesh : clipped_; }
+    std::vector<Vector3> with_points(std::vector<Vector3> values) const;
 
     const ShownBody& body_;
     const ImageSampler& sampler_;
     int axis_;
     vtkRenderer* renderer_;
     double spacing_ = 0;
+    TetMesh clipped_;                ///< nodes and tets alone
+    std::vector<EdgePoint> points_;  ///< its last nodes
     std::vector<Triangle> skin_;
     std::vector<Vector3> at_rest_;  ///< zero displacement
     SlicePlane plane_;

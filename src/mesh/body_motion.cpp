@@ -9,6 +9,7 @@
 
 #include "base/error.hpp"
 #include "geometry/triangle_area.hpp"
+#include "mesh/clipped_grid.hpp"
 
 namespace livetet {
 
@@ -74,7 +75,7 @@ void add_outer_nodes(std::vector<Vector3>& nodes, std::span<const Triangle> surf
 
 /// Removes triangles that lie on another one at rest: the two sides of a cut. Beyond them is the
 /// body itself, which a rind would draw into the gap.
-void remove_cut_faces(const TetMesh& mesh, std::vector<Triangle>& surface) {
+void remove_cut_faces(std::span<const Vector3> nodes, std::vector<Triangle>& surface) {
     using Place = std::array<double, 3>;
     using Face = std::array<Place, 3>;
     std::vector<std::pair<Face, std::size_t>> faces;
@@ -82,7 +83,7 @@ void remove_cut_faces(const TetMesh& mesh, std::vector<Triangle>& surface) {
     for (std::size_t t = 0; t < surface.size(); ++t) {
         Face face;
         for (int i = 0; i < 3; ++i) {
-            const Vector3& x = mesh.nodes[surface[t][i]];
+            const Vector3& x = nodes[surface[t][i]];
             face[i] = {x[0], x[1], x[2]};
         }
         std::sort(face.begin(), face.end());
@@ -99,22 +100,38 @@ void remove_cut_faces(const TetMesh& mesh, std::vector<Triangle>& surface) {
     surface = std::move(kept);
 }
 
+/// Without a rind.
+BodyMotion motion_of_tets(const TetMesh& mesh, std::span<const Vector3> displacement) {
+    BodyMotion motion{{}, 0, mesh.nodes, mesh.nodes};
+    for (std::size_t n = 0; n < mesh.nodes.size(); ++n) motion.deformed[n] += displacement[n];
+    if (mesh.shares.empty()) {
+        motion.tets = linear_tets(mesh);
+    } else {
+        ClippedTets clipped = clipped_grid(mesh);
+        motion.tets = std::move(clipped.tets);
+        for (std::vector<Vector3>* places : {&motion.rest, &motion.deformed})
+            for (const EdgePoint& p : clipped.points)
+                places->push_back((1 - p.share) * (*places)[p.a] + p.share * (*places)[p.b]);
+    }
+    motion.own = motion.tets.size();
+    return motion;
+}
+
 }  // namespace
 
 BodyMotion body_motion(const TetMesh& mesh, std::span<const Vector3> displacement, double rind) {
     if (displacement.size() != mesh.nodes.size())
         fail("a motion has {} displacements, expected one for each of {} nodes",
              displacement.size(), mesh.nodes.size());
-    BodyMotion motion{linear_tets(mesh), 0, mesh.nodes, mesh.nodes};
-    motion.own = motion.tets.size();
-    for (std::size_t n = 0; n < mesh.nodes.size(); ++n) motion.deformed[n] += displacement[n];
+    BodyMotion motion = motion_of_tets(mesh, displacement);
     if (rind <= 0) return motion;
     std::vector<Triangle> surface = boundary_triangles(motion.tets);
-    remove_cut_faces(mesh, surface);
+    remove_cut_faces(motion.rest, surface);
     const std::vector<std::int32_t> inner = nodes_of(surface);
-    std::vector<std::int32_t> outer_of(mesh.nodes.size(), -1);
+    const std::size_t nodes = motion.rest.size();
+    std::vector<std::int32_t> outer_of(nodes, -1);
     for (std::size_t i = 0; i < inner.size(); ++i)
-        outer_of[inner[i]] = static_cast<std::int32_t>(mesh.nodes.size() + i);
+        outer_of[inner[i]] = static_cast<std::int32_t>(nodes + i);
     for (const Triangle& t : surface) add_prism(motion.tets, t, outer_of);
     add_outer_nodes(motion.rest, surface, inner, rind);
     add_outer_nodes(motion.deformed, surface, inner, rind);

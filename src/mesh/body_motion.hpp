@@ -15,7 +15,7 @@ struct BodyMotion {
 };
 
 /// The motion of a P1 or P2 mesh whose nodes move by `displacement` (metres). A P2 tet becomes
-/// eight linear tets through its ten nodes.
+/// eight linear tets through its ten nodes. A grid ends at the body's surface (clipped_grid).
 ///
 /// A rind, `rind` metres thick along the surface normals (0: none), surrounds the body at rest and
 /// deformed: half of the voxels that the surface runs through have their centres outside of the

@@ -10,6 +10,7 @@
 
 #include "geometry/nearest_triangle.hpp"
 #include "geometry/triangle_area.hpp"
+#include "mesh/grid_border.hpp"
 #include "mesh/grid_surface.hpp"
 #include "mesh/quadratic.hpp"
 
@@ -17,9 +18,10 @@ namespace livetet {
 
 namespace {
 
-/// The boundary's triangles; those of ten-node tets cut into four at the middles of their edges.
+/// The boundary's triangles, of a grid that of its solid cells; those of ten-node tets cut into four
+/// at the middles of their edges.
 std::vector<Triangle> surface_triangles(const TetMesh& mesh) {
-    const std::vector<Triangle> whole = boundary_triangles(mesh.tets);
+    const std::vector<Triangle> whole = body_surface(mesh);
     if (mesh.edge_nodes.empty()) return whole;
     const EdgeNodes middles(mesh);
     std::vector<Triangle> parts;
