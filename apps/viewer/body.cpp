@@ -21,6 +21,7 @@
 #include "io/image_file.hpp"
 #include "io/registration_file.hpp"
 #include "io/surface_file.hpp"
+#include "mesh/clipped_grid.hpp"
 #include "mesh/grid_border.hpp"
 #include "mesh/grid_surface.hpp"
 #include "mesh/tet_faces.hpp"
@@ -93,6 +94,32 @@ DrawnSurface drawn(vtkPolyData* data, std::span<const Tet> tets) {
     return surface;
 }
 
+/// What is drawn of a mesh: of a grid what of it is the body, its surface smoothed.
+class Shell {
+  public:
+    explicit Shell(const TetMesh& mesh) : mesh_(mesh) {
+        if (mesh.shares.empty()) return;
+        clipped_ = clipped_grid(mesh);
+        for (const std::int32_t t : clipped_.parents) owners_.push_back(mesh.tets[t]);
+    }
+    std::span<const Tet> tets() const { return mesh_.shares.empty() ? mesh_.tets : clipped_.tets; }
+    /// Of each of these, a tet of the mesh in which it lies.
+    std::span<const Tet> owners() const { return mesh_.shares.empty() ? mesh_.tets : owners_; }
+    std::vector<Vector3> places(std::span<const Triangle> surface) const {
+        if (mesh_.shares.empty()) return mesh_.nodes;
+        TetMesh nodes;
+        nodes.nodes = clipped_.at_nodes(mesh_.nodes);
+        if (mesh_.hexahedra.empty()) return nodes.nodes;
+        nodes.hexahedra = mesh_.hexahedra;
+        return smoothed_surface(nodes, surface);
+    }
+
+  private:
+    const TetMesh& mesh_;
+    ClippedTets clipped_;
+    std::vector<Tet> owners_;
+};
+
 void read_shown_fiducials(ShownBody& body, const fs::path& path) {
     const FiducialRegistration registration = read_registration(path);
     for (const RegisteredFiducial& f : registration.fiducials) {
@@ -105,12 +132,12 @@ void read_shown_fiducials(ShownBody& body, const fs::path& path) {
 
 DrawnSurface render_surface(const TetMesh& mesh) {
     constexpr std::size_t enough = 20000;
-    const std::vector<Tet> solid = solid_tets(mesh);
-    const std::vector<Triangle> triangles = boundary_triangles(solid);
+    const Shell shell(mesh);
+    const std::vector<Triangle> triangles = boundary_triangles(shell.tets());
     const std::vector<std::int32_t> nodes = nodes_of(triangles);
     vtkNew<vtkPoints> points;
     points->SetDataTypeToDouble();
-    const std::vector<Vector3> places = drawn_places(mesh, triangles);
+    const std::vector<Vector3> places = shell.places(triangles);
     for (const std::int32_t n : nodes) points->InsertNextPoint(places[n].data());
     vtkNew<vtkCellArray> cells;
     for (const Triangle& t : triangles) {
@@ -122,7 +149,8 @@ DrawnSurface render_surface(const TetMesh& mesh) {
     vtkNew<vtkPolyData> coarse;
     coarse->SetPoints(points);
     coarse->SetPolys(cells);
-    coarse->GetCellData()->SetScalars(tets_behind(triangles, solid));  // triangles pass it on
+    coarse->GetCellData()->SetScalars(
+        tets_behind(triangles, shell.tets()));  // triangles pass it on
     vtkNew<vtkLoopSubdivisionFilter> fine;
     fine->SetInputData(coarse);
     int times = 0;
@@ -131,7 +159,8 @@ DrawnSurface render_surface(const TetMesh& mesh) {
     fine->Update();
     // Subdivision needs a manifold surface; others are shown as they are.
     return drawn(
-        times > 0 && fine->GetOutput()->GetNumberOfCells() > 0 ? fine->GetOutput() : coarse, solid);
+        times > 0 && fine->GetOutput()->GetNumberOfCells() > 0 ? fine->GetOutput() : coarse,
+        shell.owners());
 }
 
 void add_statement(ShownMoment& moment, const FrameStatement& statement,

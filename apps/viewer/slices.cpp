@@ -91,25 +91,17 @@ SliceView::SliceView(const ShownBody& body, const ImageSampler& sampler, int axi
 
 void SliceView::take_mesh() {
     const TetMesh& whole = body_.mesh;
-    clipped_ = {};
-    points_.clear();
+    clipped_.reset();
     if (!whole.shares.empty()) {
-        ClippedTets clipped = clipped_grid(whole);
-        points_ = std::move(clipped.points);
-        clipped_.tets = std::move(clipped.tets);
-        clipped_.nodes = with_points(whole.nodes);
+        ClippedTets tets = clipped_grid(whole);
+        TetMesh mesh;
+        mesh.nodes = tets.at_nodes(whole.nodes);
+        mesh.tets = tets.tets;
+        clipped_.emplace(std::move(tets), std::move(mesh));
     }
     skin_ = boundary_triangles(sliced().tets);
     at_rest_.assign(sliced().nodes.size(), Vector3::Zero());
     rest_at_.reset();
-}
-
-/// Values of the whole mesh's nodes, and of the points after them.
-std::vector<Vector3> SliceView::with_points(std::vector<Vector3> values) const {
-    values.reserve(values.size() + points_.size());
-    for (const auto& [a, b, share] : points_)
-        values.push_back((1 - share) * values[a] + share * values[b]);
-    return values;
 }
 
 void SliceView::fit() {
@@ -139,8 +131,10 @@ void SliceView::show(const ShownMoment& moment, bool deformed, const Vector3& cr
         slice_outline(sliced().nodes, at_rest_, skin_, plane_, rest_outline_);
         rest_at_ = cross[axis_];
     }
-    const std::vector<Vector3> displacement =
-        deformed ? with_points(moment.displacement) : at_rest_;
+    const std::vector<Vector3> displacement = !deformed ? at_rest_
+                                              : clipped_
+                                                  ? clipped_->first.at_nodes(moment.displacement)
+                                                  : moment.displacement;
     if (deformed) slice_body(sliced(), displacement, plane_, now_);
     slice_outline(sliced().nodes, displacement, skin_, plane_, outline_);
     sample_slice(sampler_, plane_, rest_, deformed ? now_ : rest_,

@@ -12,6 +12,8 @@
 
 #include <array>
 #include <memory>
+#include <optional>
+#include <utility>
 
 #include "apps/viewer/body.hpp"
 #include "apps/viewer/text_layout.hpp"
@@ -48,16 +50,15 @@ class SliceView {
     void draw_lines(const ShownMoment& moment, const Vector3& cross);
     void cut_regions(const ShownMoment& moment, bool deformed);
     /// The mesh that is sliced: a grid clipped at the body's surface, others as they are.
-    const TetMesh& sliced() const { return points_.empty() ? body_.mesh : clipped_; }
-    std::vector<Vector3> with_points(std::vector<Vector3> values) const;
+    const TetMesh& sliced() const { return clipped_ ? clipped_->second : body_.mesh; }
 
     const ShownBody& body_;
     const ImageSampler& sampler_;
     int axis_;
     vtkRenderer* renderer_;
     double spacing_ = 0;
-    TetMesh clipped_;                ///< nodes and tets alone
-    std::vector<EdgePoint> points_;  ///< its last nodes
+    /// Of a grid; its nodes and tets as a mesh.
+    std::optional<std::pair<ClippedTets, TetMesh>> clipped_;
     std::vector<Triangle> skin_;
     std::vector<Vector3> at_rest_;  ///< zero displacement
     SlicePlane plane_;

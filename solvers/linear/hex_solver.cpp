@@ -35,8 +35,9 @@ HexSolver::HexSolver(DistributedHierarchy mesh, const ElasticModel& model,
     : DisplacementSolver(mesh, Role::solver, ThreadTeam::alone()) {
     if (options.kind != SolverKind::automatic && options.kind != SolverKind::multigrid)
         fail(
-            "solver.kind: found another than multigrid for hexahedra, expected automatic or "
-            "multigrid");
+            "solver.kind: found another than multigrid for a grid of hexahedra, expected "
+            "automatic, "
+            "multigrid or live");
     const TetMesh& grid = mesh.whole->levels.front();
     add_level(mesh, model, GeometryOnly{});
     const HeapMeter meter(&costs_.preconditioner);

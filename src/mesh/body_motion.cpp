@@ -109,9 +109,8 @@ BodyMotion motion_of_tets(const TetMesh& mesh, std::span<const Vector3> displace
     } else {
         ClippedTets clipped = clipped_grid(mesh);
         motion.tets = std::move(clipped.tets);
-        for (std::vector<Vector3>* places : {&motion.rest, &motion.deformed})
-            for (const EdgePoint& p : clipped.points)
-                places->push_back((1 - p.share) * (*places)[p.a] + p.share * (*places)[p.b]);
+        motion.rest = clipped.at_nodes(std::move(motion.rest));
+        motion.deformed = clipped.at_nodes(std::move(motion.deformed));
     }
     motion.own = motion.tets.size();
     return motion;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <numeric>
 #include <utility>
@@ -13,6 +14,7 @@ namespace livetet {
 namespace {
 
 constexpr double level = 0.5, rounding = 1e-9;
+constexpr double nearest = 0.1;  ///< of an edge: of a point to a node
 
 /// Adds up what nodes at the same place have, and gives it to each of them.
 void join_places(const std::vector<Vector3>& nodes, std::vector<double>& values) {
@@ -90,20 +92,23 @@ class Clipping {
         const EdgePoint& p = out_.points[static_cast<std::size_t>(n - nodes)];
         return (1 - p.share) * mesh_.nodes[p.a] + p.share * mesh_.nodes[p.b];
     }
-    /// Numbered from the mesh's nodes on. From inside outwards, so that both sides of a cut have
-    /// the same places to the bit.
+    /// A node of the edge, if the point is near it: else numbered from the mesh's nodes on. From
+    /// inside outwards, so that both sides of a cut have the same places to the bit.
     std::int32_t point(std::int32_t inside, std::int32_t outside) {
+        const double share = (values_[inside] - level) / (values_[inside] - values_[outside]);
+        if (share < nearest) return inside;
+        if (share > 1 - nearest) return outside;
         const auto next = static_cast<std::int32_t>(mesh_.nodes.size() + out_.points.size());
         const auto [found, is_new] = numbers_.try_emplace({inside, outside}, next);
-        if (is_new) {
-            const double share = (values_[inside] - level) / (values_[inside] - values_[outside]);
-            out_.points.push_back({inside, outside, std::clamp(share, 0.0, 1.0)});
-        }
+        if (is_new) out_.points.push_back({inside, outside, share});
         return found->second;
     }
+    /// Leaves out flat ones: where points are nodes, all four may be in a face.
     void add(Tet t) {
-        const Vector3 a = place(t[0]);
-        const double volume = (place(t[1]) - a).cross(place(t[2]) - a).dot(place(t[3]) - a);
+        const Vector3 a = place(t[0]), ab = place(t[1]) - a, ac = place(t[2]) - a,
+                      ad = place(t[3]) - a;
+        const double volume = ab.cross(ac).dot(ad);
+        if (std::abs(volume) <= rounding * ab.norm() * ac.norm() * ad.norm()) return;
         if (volume < 0) std::swap(t[2], t[3]);
         out_.tets.push_back(t);
     }
@@ -117,10 +122,20 @@ class Clipping {
 
 }  // namespace
 
+std::vector<Vector3> ClippedTets::at_nodes(std::vector<Vector3> of_mesh) const {
+    of_mesh.reserve(of_mesh.size() + points.size());
+    for (const auto& [a, b, share] : points)
+        of_mesh.push_back((1 - share) * of_mesh[a] + share * of_mesh[b]);
+    return of_mesh;
+}
+
 ClippedTets clipped_grid(const TetMesh& mesh) {
     ClippedTets clipped;
     Clipping clipping(mesh, clipped);
-    for (const Tet& t : mesh.tets) clipping.clip(t);
+    for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+        clipping.clip(mesh.tets[t]);
+        clipped.parents.resize(clipped.tets.size(), static_cast<std::int32_t>(t));
+    }
     return clipped;
 }
 

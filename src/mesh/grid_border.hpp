@@ -6,11 +6,11 @@
 #include "mesh/tet_mesh.hpp"
 
 /// Where the surface of a body is in its grid of hexahedra. Cells at the border may hold little of
-/// the body. What is driven or loaded at the outer nodes of such cells hangs by next to nothing: a
-/// patch driven there is a third too soft on cells of 6 mm, and pressures tear such cells off. So
-/// the body counts as ending where its solid cells do: those at least half inside, and those without
-/// a solid cell at any of their nodes, as in sheets thinner than half a cell. Their faces are within
-/// half a cell of the surface.
+/// the body, and what is driven or loaded at their outer nodes hangs by next to nothing: a patch
+/// driven there is a third too soft on cells of 6 mm; pressures tear such cells off. So the body
+/// counts as ending where its solid cells do: those at least half inside, and those without a solid
+/// cell at any of their nodes, as in sheets thinner than half a cell. Their faces are within half a
+/// cell of the surface.
 namespace livetet {
 
 /// Whether each cell is solid. `mesh` has shares; either order.

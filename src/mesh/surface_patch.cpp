@@ -18,8 +18,8 @@ namespace livetet {
 
 namespace {
 
-/// The boundary's triangles, of a grid that of its solid cells; those of ten-node tets cut into four
-/// at the middles of their edges.
+/// The triangles of the body's surface; those of ten-node tets cut into four at the middles of
+/// their edges.
 std::vector<Triangle> surface_triangles(const TetMesh& mesh) {
     const std::vector<Triangle> whole = body_surface(mesh);
     if (mesh.edge_nodes.empty()) return whole;

@@ -83,7 +83,8 @@ TEST(GridBorder, OfOrderTwoTheTissueIsThatOfTheCellsAround) {
 }
 
 /// The mean over eight cells draws a curved surface in a little, by 2 % of the volume here. Faces
-/// that did not match would add to the area.
+/// that did not match would add to the area (and double it, if those of all cells did not): slits
+/// do by some percent.
 TEST(ClippedGrid, OfASphereIsASphere) {
     const TetMesh grid = sphere();
     for (const TetMesh& mesh : {grid, quadratic_grid(grid)}) {
@@ -92,7 +93,7 @@ TEST(ClippedGrid, OfASphereIsASphere) {
         double volume = 0, area = 0, farthest = 0;
         for (const Tet& t : motion.tets) {
             volume += signed_volume(motion.rest, t);
-            EXPECT_GE(signed_volume(motion.rest, t), 0);
+            EXPECT_GT(signed_volume(motion.rest, t), 1e-6);
         }
         for (const auto& [a, b, c] : boundary_triangles(motion.tets)) {
             area += (motion.rest[b] - motion.rest[a]).cross(motion.rest[c] - motion.rest[a]).norm();
@@ -101,7 +102,7 @@ TEST(ClippedGrid, OfASphereIsASphere) {
         }
         const double ideal = 4 * std::numbers::pi * radius * radius;
         EXPECT_NEAR(volume, ideal * radius / 3, 0.025 * ideal * radius / 3);
-        EXPECT_NEAR(area / 2, ideal, 0.02 * ideal);
+        EXPECT_NEAR(area / 2, ideal, 0.1 * ideal);
         EXPECT_LT(farthest, 0.35);
     }
 }
