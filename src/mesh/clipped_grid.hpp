@@ -27,8 +27,8 @@ struct ClippedTets {
 /// of a cut together), falls below one half: of a plane surface through the cells that is the plane
 /// itself. The surface goes through nodes that are nearer than a tenth of an edge; no tet is flat.
 /// Solid cells (see grid_border.hpp) without a node above one half, as in thin sheets, stay whole.
-/// Faces of neighbours match, but for slits of no width beside such nodes. `mesh` has shares; either
-/// order.
+/// Faces of neighbours match, but for slits of no width beside such nodes. `mesh` has shares, and
+/// either order.
 ClippedTets clipped_grid(const TetMesh& mesh);
 
 }  // namespace livetet
