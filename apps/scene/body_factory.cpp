@@ -189,7 +189,8 @@ MeshHierarchy in_elements(MeshHierarchy hierarchy, Elements elements) {
     const bool is_quadratic = !finest.quadratic_hexahedra.empty() || !finest.edge_nodes.empty();
     if (elements == Elements::p1 || is_quadratic) return hierarchy;
     if (finest.hexahedra.empty()) return with_quadratic_level(std::move(hierarchy));
-    // Of cells, solid ones and others; the set's nodes are kept.
+    // Its triangles may lie inside of the grid, where those of order two do not follow them. The
+    // set's nodes stay.
     hierarchy.levels.front().triangle_sets.erase(surface_before_cuts);
     return make_hierarchy({quadratic_grid(finest)}, std::move(hierarchy.provenance));
 }

@@ -110,7 +110,7 @@ class Shell {
         TetMesh nodes;
         nodes.nodes = clipped_.at_nodes(mesh_.nodes);
         if (mesh_.hexahedra.empty()) return nodes.nodes;
-        nodes.hexahedra = mesh_.hexahedra;
+        nodes.hexahedra = {mesh_.hexahedra.front()};  // for the axes
         return smoothed_surface(nodes, surface);
     }
 

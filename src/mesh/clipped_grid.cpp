@@ -58,8 +58,9 @@ class Clipping {
     Clipping(const TetMesh& mesh, ClippedTets& out)
         : mesh_(mesh), values_(levels_of_nodes(mesh)), out_(out) {}
 
-    /// With n nodes inside, and the points p on the edges from them outwards. The diagonal of a
-    /// side that is cut starts at the lower of its two nodes, so that neighbours match.
+    /// Adds what of a tet is inside. p(i, o) is where the surface crosses the edge from its inner
+    /// node i to its outer node o. Of a face with two inner nodes a quadrilateral is left: its
+    /// diagonal starts at the lower of the two, so that neighbours match.
     void clip(const Tet& t) {
         std::vector<std::int32_t>& in = in_;
         std::vector<std::int32_t>& out = outside_;

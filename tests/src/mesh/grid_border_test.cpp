@@ -82,9 +82,8 @@ TEST(GridBorder, OfOrderTwoTheTissueIsThatOfTheCellsAround) {
     }
 }
 
-/// The mean over eight cells draws a curved surface in a little, by 2 % of the volume here. Faces
-/// that did not match would add to the area (and double it, if those of all cells did not): slits
-/// do by some percent.
+/// The mean over eight cells draws a curved surface in a little, by 2 % of the volume here. Slits
+/// add some percent to the area. It would double if no faces matched.
 TEST(ClippedGrid, OfASphereIsASphere) {
     const TetMesh grid = sphere();
     for (const TetMesh& mesh : {grid, quadratic_grid(grid)}) {
