@@ -9,26 +9,9 @@
 #include "base/thread_team.hpp"
 #include "mesh/point_locator.hpp"
 #include "mesh/tet_frame.hpp"
+#include "mesh/tet_weights.hpp"
 
 namespace livetet {
-
-namespace {
-
-using Weights = std::array<double, 4>;
-
-/// Moves from the boundary point `near` towards `at` as far as no weight is below
-/// min_extrapolated_weight.
-Weights extrapolated(const Weights& near, const Weights& at) {
-    double part = 1;
-    for (int k = 0; k < 4; ++k)
-        if (at[k] < min_extrapolated_weight)
-            part = std::min(part, (near[k] - min_extrapolated_weight) / (near[k] - at[k]));
-    Weights w;
-    for (int k = 0; k < 4; ++k) w[k] = near[k] + part * (at[k] - near[k]);
-    return w;
-}
-
-}  // namespace
 
 BarycentricMap map_into(const TetMesh& mesh, std::span<const Vector3> points, Outside outside) {
     const PointLocator locator(mesh);
@@ -50,7 +33,7 @@ BarycentricMap map_into(const TetMesh& mesh, std::span<const Vector3> points, Ou
             map.distance[i] = hit.distance;
             if (hit.distance > 0 && outside == Outside::extrapolated)
                 map.weights[i] =
-                    extrapolated(hit.weights, weights_in(mesh, hit.corners, points[i]));
+                    extrapolated_weights(hit.weights, weights_in(mesh, hit.corners, points[i]));
         }
     });
     return map;

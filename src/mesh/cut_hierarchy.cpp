@@ -4,9 +4,12 @@
 
 #include "base/sliced_task.hpp"
 #include "mesh/mesh_pieces.hpp"
+#include "mesh/point_locator.hpp"
 #include "mesh/quadratic.hpp"
 #include "mesh/segment_crossings.hpp"
+#include "mesh/side_finder.hpp"
 #include "mesh/tet_cut.hpp"
+#include "mesh/tet_weights.hpp"
 
 namespace livetet {
 
@@ -28,10 +31,28 @@ std::vector<Vector3> midst_of_tets(const TetMesh& mesh) {
     return midst;
 }
 
+/// Maps the fine nodes that are in coarse tets near gaps into tets on their own side; a node that
+/// has none there keeps the tet that `points`, one a node, found.
+void keep_to_own_side(BarycentricMap& map, const TetMesh& fine, const PointLocator& in_fine,
+                      const TetMesh& coarse, std::span<const Vector3> points) {
+    const PointLocator locator(coarse);
+    pause_point();
+    SideFinder finder(fine, in_fine, coarse);
+    for (std::size_t n = 0; n < map.size(); ++n) {
+        if (n % 64 == 0) pause_point();
+        if (!finder.is_near_gap(map.nodes[n])) continue;
+        const std::int32_t found = locator.find(points[n]).tet;
+        const HoldingTet beside = finder.tet_beside(static_cast<std::int32_t>(n), found);
+        if (beside.tet < 0 || beside.tet == found) continue;
+        map.nodes[n] = coarse.tets[beside.tet];
+        map.weights[n] = extrapolated_weights(inside_weights(beside.weights), beside.weights);
+    }
+}
+
 /// Of the nodes of a cut level in the next coarser one, each side of a cut in its own side.
 BarycentricMap map_across(const TetMesh& fine, const TetMesh& coarse) {
-    const std::vector<Triangle> boundary = boundary_triangles(fine.tets);
-    const std::vector<std::int32_t> on_boundary = nodes_of(boundary);
+    const PointLocator in_fine(fine);
+    const std::vector<std::int32_t> on_boundary = nodes_of(in_fine.boundary());
     pause_point();
     const std::vector<Vector3> midst = midst_of_tets(fine);
     std::vector<Vector3> points = fine.nodes;
@@ -41,6 +62,8 @@ BarycentricMap map_across(const TetMesh& fine, const TetMesh& coarse) {
         const auto weights = weights_in(coarse, map.nodes[n], fine.nodes[n]);
         if (*std::ranges::min_element(weights) >= min_extrapolated_weight) map.weights[n] = weights;
     }
+    pause_point();
+    keep_to_own_side(map, fine, in_fine, coarse, points);
     return map;
 }
 

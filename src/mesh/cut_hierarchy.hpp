@@ -16,9 +16,10 @@ namespace livetet {
 CutCounts cut_levels(std::vector<TetMesh>& levels, const CutSurface& surface,
                      const std::string& where);
 
-/// A hierarchy of levels that were cut; the first may be the second with ten-node tets. A node of
-/// the boundary, which a cut's sides are, is mapped into the coarse tet on its own side: the one
-/// that holds a point next to it, towards the midst of its tets.
+/// A hierarchy of levels that were cut; the first may be the second with ten-node tets. A node is
+/// mapped into a coarse tet on its own side of the cuts: the one that it is in, or, on the
+/// boundary, that a point next to it is in, towards the midst of its tets; where that tet belongs
+/// to the other side, the one that SideFinder finds.
 MeshHierarchy with_cut_transfers(std::vector<TetMesh> levels, std::string provenance);
 
 /// The levels without some tets of the finest one (one entry each), and without pieces of coarser

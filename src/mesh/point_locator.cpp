@@ -10,6 +10,7 @@
 #include "base/sliced_task.hpp"
 #include "geometry/nearest_triangle.hpp"
 #include "mesh/tet_frame.hpp"
+#include "mesh/tet_weights.hpp"
 
 namespace livetet {
 
@@ -132,14 +133,6 @@ std::vector<std::int32_t> tets_behind(std::span<const Tet> tets,
     return behind;
 }
 
-/// Clamps weights that rounding made negative to zero and rescales the sum to one.
-Weights clamped(Weights w) {
-    double sum = 0;
-    for (double& value : w) sum += value = std::max(value, 0.0);
-    for (double& value : w) value /= sum;
-    return w;
-}
-
 }  // namespace
 
 struct PointLocator::Search {
@@ -164,13 +157,15 @@ PointLocator::PointLocator(const TetMesh& mesh) {
 
 PointLocator::~PointLocator() = default;
 
+std::span<const Triangle> PointLocator::boundary() const { return search_->boundary; }
+
 PointLocator::Hit PointLocator::find(const Vector3& x) const {
     Hit hit;
     Weights w{};
     hit.tet = search_->grid.find(x, w);
     if (hit.tet >= 0) {
         hit.corners = search_->tets[hit.tet];
-        hit.weights = clamped(w);
+        hit.weights = inside_weights(w);
         return hit;
     }
     const NearestTriangle::Hit near = search_->nearest.find(x);

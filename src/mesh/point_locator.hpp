@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <span>
 
 #include "mesh/tet_mesh.hpp"
 
@@ -27,6 +28,8 @@ class PointLocator {
     /// O(1) inside, O(log(boundary triangles)) near the boundary. Allocates nothing; may be called
     /// from several threads. Precondition: `x` is finite.
     Hit find(const Vector3& x) const;
+    /// The mesh's boundary_triangles.
+    std::span<const Triangle> boundary() const;
 
   private:
     struct Search;

@@ -4,26 +4,59 @@
 #include <utility>
 
 #include "base/disjoint_sets.hpp"
+#include "base/lists.hpp"
 #include "mesh/node_copies.hpp"
-#include "mesh/tet_faces.hpp"
 
 namespace livetet {
 
-std::vector<TetLink> links_of(std::span<const Tet> tets) {
-    std::vector<std::pair<Triangle, std::int32_t>> faces;
-    faces.reserve(4 * tets.size());
-    for (std::size_t e = 0; e < tets.size(); ++e)
-        for (const auto& [a, b, c] : tet_faces) {
-            Triangle face{tets[e][a], tets[e][b], tets[e][c]};
-            std::ranges::sort(face);
-            faces.emplace_back(face, static_cast<std::int32_t>(e));
+namespace {
+
+/// The nodes of the face opposite a corner, rising.
+Triangle sorted_face(const Tet& t, int corner) {
+    Triangle face{};
+    for (int k = 0, to = 0; k < 4; ++k)
+        if (k != corner) face[to++] = t[k];
+    std::ranges::sort(face);
+    return face;
+}
+
+}  // namespace
+
+/// Faces by their lowest node: the few at one node are compared with each other.
+std::vector<std::array<std::int32_t, 4>> tets_across(std::span<const Tet> tets) {
+    std::int32_t node_count = 0;
+    for (const Tet& t : tets) node_count = std::max(node_count, *std::ranges::max_element(t) + 1);
+    const Lists faces_at = make_lists(node_count, [&](auto&& add) {
+        for (std::size_t e = 0; e < tets.size(); ++e)
+            for (int k = 0; k < 4; ++k)
+                add(sorted_face(tets[e], k)[0], static_cast<std::int32_t>(4 * e + k));
+    });
+    std::vector<std::array<std::int32_t, 4>> across(tets.size(), {-1, -1, -1, -1});
+    std::vector<std::pair<Triangle, std::int32_t>> seen;
+    for (std::int32_t n = 0; n < node_count; ++n) {
+        seen.clear();
+        for (const std::int32_t f : faces_at[n]) {
+            const Triangle face = sorted_face(tets[f / 4], f % 4);
+            const auto other = std::ranges::find(seen, face, [](const auto& s) { return s.first; });
+            if (other == seen.end()) {
+                seen.emplace_back(face, f);
+                continue;
+            }
+            across[f / 4][f % 4] = other->second / 4;
+            across[other->second / 4][other->second % 4] = f / 4;
         }
-    std::ranges::sort(faces);
+    }
+    return across;
+}
+
+std::vector<TetLink> links_of(std::span<const Tet> tets) {
+    const auto across = tets_across(tets);
     std::vector<TetLink> links;
-    for (std::size_t f = 1; f < faces.size(); ++f)
-        if (faces[f - 1].first == faces[f].first &&
-            !std::ranges::is_permutation(tets[faces[f - 1].second], tets[faces[f].second]))
-            links.push_back({faces[f - 1].second, faces[f].second});
+    for (std::size_t e = 0; e < tets.size(); ++e)
+        for (const std::int32_t other : across[e])
+            if (other > static_cast<std::int32_t>(e) &&
+                !std::ranges::is_permutation(tets[e], tets[other]))
+                links.push_back({static_cast<std::int32_t>(e), other});
     return links;
 }
 

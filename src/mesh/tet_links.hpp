@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -13,8 +14,10 @@ struct TetLink {
     std::int32_t lower = 0, upper = 0;
 };
 
-/// The links of tets, by their faces' nodes; none between tets of the same four nodes.
-/// O(n log(n)).
+/// The tet behind the face opposite each corner of each tet; -1 on the boundary. O(n).
+std::vector<std::array<std::int32_t, 4>> tets_across(std::span<const Tet> tets);
+
+/// The links of tets, by their faces' nodes; none between tets of the same four nodes. O(n).
 std::vector<TetLink> links_of(std::span<const Tet> tets);
 
 /// Doubles the nodes of open faces around which links that are not cut no longer join all tets: the
