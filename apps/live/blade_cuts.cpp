@@ -73,12 +73,32 @@ void BladeCuts::follow(double time_s, std::span<const std::optional<BladeEdge>> 
     }
 }
 
+/// Whether the straight way of a gap goes through the body: at one of 7 steps between the rows of
+/// points, of which the longer may have more than the other.
+bool BladeCuts::passes_through(const BladeGap& gap) const {
+    const std::size_t count = std::max(gap.before.size(), gap.after.size());
+    const auto point = [&](const std::vector<Vector3>& row, std::size_t i) {
+        return row[i * (row.size() - 1) / std::max<std::size_t>(count - 1, 1)];
+    };
+    for (std::size_t i = 0; i < count; ++i) {
+        const Vector3 from = point(gap.before, i), to = point(gap.after, i);
+        for (int step = 1; step < 8; ++step)
+            if (cuttable_->holds(from + step / 8.0 * (to - from))) return true;
+    }
+    return false;
+}
+
+/// Counts a gap in which the body may have been cut: in its midst, or on a way through all of it. A
+/// blade that entered or left meanwhile has cut little.
 void BladeCuts::count_gap(const BladeSweep& sweep) {
     const auto& gap = sweep.gap();
-    const auto is_inside = [&](const Vector3& place) { return cuttable_->holds(place); };
-    if (!gap || gap->length < cuttable_->cell_edge() ||
-        std::ranges::none_of(gap->before, is_inside) || std::ranges::none_of(gap->after, is_inside))
-        return;
+    if (!gap || gap->length < cuttable_->cell_edge()) return;
+    const auto is_any_inside = [&](const std::vector<Vector3>& places) {
+        return std::ranges::any_of(places,
+                                   [&](const Vector3& place) { return cuttable_->holds(place); });
+    };
+    const bool was_inside = is_any_inside(gap->before), is_inside = is_any_inside(gap->after);
+    if (was_inside != is_inside || (!was_inside && !passes_through(*gap))) return;
     ++gaps_.count;
     gaps_.length += gap->length;
 }

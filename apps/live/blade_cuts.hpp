@@ -86,6 +86,7 @@ class BladeCuts {
   private:
     void take(double time_s, const TriangleMesh& swept);
     void end();
+    bool passes_through(const BladeGap& gap) const;
     void count_gap(const BladeSweep& sweep);
     bool is_near(const BladeEdge& edge, std::span<const Vector3> displacement) const;
     TriangleMesh near_body(const TriangleMesh& swept) const;

@@ -80,7 +80,7 @@ std::string cuts_verdict(const RunInfo& run) {
     if (c.longest_ms > run.budget_ms)
         text += fmt::format(
             " The longest opening took more than the {:.0f} ms of a frame: a longer "
-            "track.cut_interval_s leaves more time to prepare.",
+            "track.cut_interval_s leaves more time to prepare (pace: every-sample leaves none).",
             run.budget_ms);
     if (c.gaps > 0)
         text += fmt::format(

@@ -66,19 +66,25 @@ void refuse_listed_nodes(const Scene& scene) {
 }
 
 /// Warns of loads that act on pieces that are left out, too: what is left takes all of a force.
-void warn_of_loads_left_out(const Scene& scene, const TetMesh& mesh,
-                            const std::vector<MeshPiece>& left_out) {
+/// Throws Error if nothing is left of what one acts on.
+void check_loads_left_out(const Scene& scene, const TetMesh& mesh,
+                          const std::vector<MeshPiece>& left_out) {
     const std::vector<std::int32_t> lost_nodes = nodes_of_pieces(left_out, mesh);
     for (std::size_t i = 0; i < scene.loads.size(); ++i) {
         const std::string key = fmt::format("loads[{}]", i);
         const auto nodes = select_nodes(mesh, scene.loads[i], key);
         const auto lost = std::ranges::count_if(
             nodes, [&](std::int32_t n) { return std::ranges::binary_search(lost_nodes, n); });
-        if (lost > 0)
-            log_warning(fmt::format(
-                "cuts: {} of the {} of {} are on pieces that are left out; a force acts as a whole "
-                "on the others",
-                lost, counted(nodes.size(), "node"), key));
+        if (lost == 0) continue;
+        const std::string all = counted(nodes.size(), "node");
+        if (static_cast<std::size_t>(lost) == nodes.size())
+            fail(
+                "{}: found all of its {} on pieces that are left out, expected a load on what is "
+                "held, or free_pieces: keep in a dynamic scene",
+                key, all);
+        log_warning(fmt::format(
+            "cuts: {} of the {} of {} are on pieces that are left out{}", lost, all, key,
+            scene.loads[i].force_N.isZero() ? "" : "; its force acts as a whole on the others"));
     }
 }
 
@@ -298,7 +304,7 @@ MeshHierarchy with_cuts(const Scene& scene, MeshHierarchy hierarchy) {
                              : may_move ? "they move freely"
                                         : "they keep their place at rest"));
         if (leaves_out) {
-            warn_of_loads_left_out(scene, mesh, free);
+            check_loads_left_out(scene, mesh, free);
             const std::size_t levels = cut.levels.size();
             cut.levels = without_pieces(std::move(cut.levels), free);
             if (!is_grid && cut.levels.size() < levels)

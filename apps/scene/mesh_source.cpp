@@ -148,8 +148,9 @@ void refuse_idle_keys(const MeshSource& source) {
     refuse_idle_keys(source.file, given, name);
     refuse_keys_of_tets(source, given, name);
     if (source.cells == MeshCells::hexahedra && source.refine > 0)
-        fail("mesh.refine = {}: found hexahedra, expected 0; mesh.tets says how many there are",
-             source.refine);
+        fail(
+            "mesh.refine: found {} for cells: hexahedra, expected 0; mesh.tets says how many cells",
+            source.refine);
 }
 
 }  // namespace livetet

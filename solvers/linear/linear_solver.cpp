@@ -138,7 +138,12 @@ std::unique_ptr<LinearSolver> make_linear_solver(DistributedHierarchy mesh,
                                                  const ElasticModel& model,
                                                  const SolverOptions& options, ThreadTeam& team) {
     using Role = DisplacementSolver::Role;
-    if (!mesh.levels.front().share.hexahedra.empty() && options.kind != SolverKind::live)
+    const bool is_grid = !mesh.levels.front().share.hexahedra.empty();
+    if (is_grid && options.coarse == CoarseOperator::galerkin)
+        fail(
+            "solver.coarse: found galerkin for a grid of hexahedra, expected automatic or "
+            "rediscretised: its levels are nested");
+    if (is_grid && options.kind != SolverKind::live)
         return std::make_unique<HexSolver>(std::move(mesh), model, options);
     const bool is_quadratic = !mesh.levels.front().share.quadratic_hexahedra.empty();
     if (is_quadratic && mesh.levels.size() > 1)

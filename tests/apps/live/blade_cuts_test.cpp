@@ -136,7 +136,7 @@ TEST(BladeCuts, WhatBeginsOnceMoreIsTheSameWhetherItWasPreparedOrNot) {
     EXPECT_EQ(mesh_pieces(opened[0]).size(), 2U) << "the crumb hangs together with its neighbour";
 }
 
-/// Only where the blade was in the body before and after.
+/// Only where the blade was in the body before and after, or on either side of it.
 TEST(BladeCuts, AGapInTheBodyIsCounted) {
     const auto gaps_from = [](double from, double to) {
         BladedGrid grid;
@@ -152,6 +152,8 @@ TEST(BladeCuts, AGapInTheBodyIsCounted) {
     EXPECT_NEAR(gaps_from(0.035, 0.005).length, 0.03, 1e-12);
     EXPECT_EQ(gaps_from(0.06, 0.005).count, 0U) << "it was above";
     EXPECT_EQ(gaps_from(0.005, 0.06).count, 0U) << "it left";
+    EXPECT_EQ(gaps_from(0.06, -0.02).count, 1U) << "above, then below";
+    EXPECT_EQ(gaps_from(0.06, 0.07).count, 0U) << "always above";
 }
 
 /// Far from the organ, or where the body has moved to without end: nothing is cut, nothing fails.
