@@ -208,6 +208,22 @@ void forces_batched(benchmark::State& state) {
     report(state, k.batch_bytes + bytes_of(k.u) + bytes_of(k.rotations) + 2 * bytes_of(k.f));
 }
 
+/// Both, one after the other for each piece of so many batches, while these are in the cache; 0:
+/// for all batches.
+template <std::size_t piece>
+void rotations_then_forces(benchmark::State& state) {
+    Batched<float> k{setting(state.range(0))};
+    const std::size_t all = k.batches.all().end;
+    for (auto _ : state)
+        for (std::size_t begin = 0; begin < all;) {
+            const BatchRange range{begin, piece == 0 ? all : std::min(all, begin + piece)};
+            update_rotations<float>(k.batches, range, k.u, k.rotations);
+            add_forces<float>(k.batches, range, k.rotations, k.u, k.f);
+            begin = range.end;
+        }
+    report(state, k.batch_bytes + bytes_of(k.u) + bytes_of(k.rotations) + 2 * bytes_of(k.f));
+}
+
 template <class Real>
 void stiffness_times_batched(benchmark::State& state) {
     Batched<Real> k{setting(state.range(0))};
@@ -345,6 +361,8 @@ void law_products(benchmark::State& state) {
 BENCHMARK(memory_bandwidth);
 LIVETET_BENCHMARK(rotations);
 LIVETET_BENCHMARK(forces);
+BENCHMARK_TEMPLATE(rotations_then_forces, 0)->Unit(benchmark::kMillisecond)->DenseRange(0, 1);
+BENCHMARK_TEMPLATE(rotations_then_forces, 32)->Unit(benchmark::kMillisecond)->DenseRange(0, 1);
 LIVETET_BENCHMARK(stiffness_times);
 LIVETET_BENCHMARK(assemble);
 #define LIVETET_LAW(kernel, nodes, law) \

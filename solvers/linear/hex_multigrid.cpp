@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "mesh/hex_transfer.hpp"
+#include "solvers/linear/lanczos_bound.hpp"
 
 namespace livetet {
 
@@ -17,7 +18,7 @@ using Vector24f = Eigen::Matrix<float, 24, 1>;
 using Corners = Eigen::Matrix<double, 3, 8>;
 
 /// Chebyshev's interval, relative to the largest eigenvalue. That is estimated from below.
-constexpr double margin = 1.1, smallest_smoothed = 0.06;
+constexpr double margin = 1.05, smallest_smoothed = 0.06;
 
 /// P of the cell in each octant, on components.
 template <class Matrix>
@@ -97,7 +98,7 @@ void HexMultigrid::update(double s, std::span<const double> diagonal,
         if (l > 0) form_coarse_level(l);
         invert_diagonal(l);
         if (!bounds_known_ && l + 1 < levels_.size())
-            levels_[l].largest = margin * largest_eigenvalue(l);
+            levels_[l].largest = margin * largest_eigenvalue(l, bound_steps);
     }
     bounds_known_ = true;
     factor_coarsest();
@@ -293,24 +294,41 @@ void HexMultigrid::precondition(const Level& level, const Vector& r, Vector& z) 
     }
 }
 
-double HexMultigrid::largest_eigenvalue(std::size_t l) {
+double HexMultigrid::largest_eigenvalue(std::size_t l, int steps) {
+    struct Gradients {
+        const HexMultigrid& multigrid;
+        std::size_t l;
+        Level& level;
+
+        double residual() {
+            multigrid.precondition(level, level.r, level.w);
+            return level.r.dot(level.w);
+        }
+        void turn(double beta) { level.d = level.w + beta * level.d; }
+        double curvature() {
+            multigrid.apply(l, level.d, level.w);
+            return level.d.dot(level.w);
+        }
+        void advance(double alpha) { level.r -= alpha * level.w; }
+    };
     Level& level = levels_[l];
-    constexpr int iterations = 12;
-    std::uint32_t state = 12345;  // a fixed rough vector, the same in every run
-    for (double& v : level.x)
-        v = static_cast<double>(state = state * 1664525u + 1013904223u) / 4294967296.0 - 0.5;
-    level.x.array() *= level.free.array();
-    double value = 1;
-    for (int k = 0; k < iterations; ++k) {
-        apply(l, level.x, level.r);
-        precondition(level, level.r, level.w);
-        // In the norm of A: <A x, B A x> / <A x, x> bounds the largest eigenvalue from below.
-        const double energy = level.x.dot(level.r);
-        if (!(energy > 0)) break;
-        value = level.r.dot(level.w) / energy;
-        level.x = level.w / level.w.norm();
+    RoughValues rough;
+    for (double& v : level.r) v = rough.next();
+    level.r.array() *= level.free.array();
+    level.d.setZero();
+    const double found = lanczos_bound(steps, Gradients{*this, l, level});
+    return found > 0 ? found : 1;
+}
+
+bool HexMultigrid::take_surer_bounds() {
+    constexpr int more_steps = 60;
+    bool is_any_higher = false;
+    for (std::size_t l = 0; l + 1 < levels_.size(); ++l) {
+        const double surer = margin * largest_eigenvalue(l, more_steps);
+        is_any_higher |= surer > levels_[l].largest * (1 + 1e-6);
+        levels_[l].largest = std::max(levels_[l].largest, surer);
     }
-    return value;
+    return is_any_higher;
 }
 
 // Chebyshev's iteration (Saad, Iterative Methods for Sparse Linear Systems, algorithm 12.1) for the

@@ -53,6 +53,10 @@ class HexMultigrid {
     /// z = an approximation of A^-1 r; zero where constrained.
     void cycle(std::span<const double> r, std::span<double> z);
 
+    /// Estimates the smoothers' bounds anew, with more steps, after a cycle was found not to be
+    /// positive. Returns whether one has risen.
+    bool take_surer_bounds();
+
     std::size_t level_count() const { return levels_.size(); }
     /// Of what the levels keep.
     double bytes() const;
@@ -81,7 +85,7 @@ class HexMultigrid {
     void factor_coarsest();
     void apply(std::size_t level, const Vector& x, Vector& y) const;
     void apply_finest(const double* x, double* y) const;
-    double largest_eigenvalue(std::size_t level);
+    double largest_eigenvalue(std::size_t level, int steps);
     void precondition(const Level& level, const Vector& r, Vector& z) const;
     /// x += Chebyshev steps on the residual r; d is the last one, which r does not know yet.
     void smooth(std::size_t level);

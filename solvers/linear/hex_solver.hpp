@@ -28,6 +28,9 @@ class HexSolver : public DisplacementSolver {
     RenewalExtent renew(const Configuration& at, const OperatorTerms& terms,
                         RenewalExtent wanted) override;
     void configure(PC pc) override;
+    bool change_preconditioner(KSPConvergedReason reason) override {
+        return reason == KSP_DIVERGED_INDEFINITE_PC && multigrid_->take_surer_bounds();
+    }
     Mat matrix() const override { return shell_.get(); }
 
     std::unique_ptr<HexMultigrid> multigrid_;

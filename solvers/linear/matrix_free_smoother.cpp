@@ -1,9 +1,8 @@
 #include "solvers/linear/matrix_free_smoother.hpp"
 
-#include <cmath>
-
 #include "base/sliced_task.hpp"
 #include "solvers/linear/chebyshev_steps.hpp"
+#include "solvers/linear/lanczos_bound.hpp"
 
 namespace livetet {
 
@@ -12,32 +11,47 @@ MatrixFreeSmoother::MatrixFreeSmoother(MatrixFreeOperator& A, int steps, double 
     for (std::vector<float>* v : {&b_, &x_, &d_}) v->assign(A.vector_size(), 0.0F);
 }
 
+/// Of the stiffness and its diagonal: r is b, p is x, and z and q are d.
+struct MatrixFreeSmoother::Gradients {
+    MatrixFreeSmoother& s;
+
+    double residual() {
+        for (std::size_t i = 0; i < s.A_.components(); ++i)
+            s.d_[i] = s.b_[i] / s.A_.stiffness_diagonal(i);
+        return s.dot(s.b_, s.d_);
+    }
+    void turn(double beta) {
+        for (std::size_t i = 0; i < s.A_.components(); ++i)
+            s.x_[i] = s.d_[i] + static_cast<float>(beta) * s.x_[i];
+    }
+    double curvature() {
+        pause_point();
+        s.A_.visit_stiffness(s.x_, [&](std::size_t i, float Kx) { s.d_[i] = Kx; });
+        return s.dot(s.x_, s.d_);
+    }
+    void advance(double alpha) {
+        for (std::size_t i = 0; i < s.A_.components(); ++i)
+            s.b_[i] -= static_cast<float>(alpha) * s.d_[i];
+    }
+};
+
 void MatrixFreeSmoother::find_bound() {
     if (is_bound_known_) return;
-    std::uint32_t state = 12345;
+    RoughValues rough;
     for (std::size_t i = 0; i < A_.components(); ++i) {
-        state = state * 1664525u + 1013904223u;
-        x_[i] = static_cast<float>(state) / 4294967296.0F - 0.5F;
+        b_[i] = static_cast<float>(rough.next());
+        x_[i] = 0;
     }
-    bound_ = 1;
-    for (int k = 0; k < 20; ++k) {
-        pause_point();
-        const double before = squared_norm(x_);
-        A_.visit_stiffness(x_,
-                           [&](std::size_t i, float Kx) { d_[i] = Kx / A_.stiffness_diagonal(i); });
-        const double after = squared_norm(d_);
-        if (!(before > 0 && after > 0)) return;  // a level without stiffness
-        bound_ = std::sqrt(after / before);
-        const auto scale = static_cast<float>(1 / std::sqrt(after));
-        for (std::size_t i = 0; i < A_.components(); ++i) x_[i] = scale * d_[i];
-    }
+    const double found = lanczos_bound(bound_steps, Gradients{*this});
+    if (found == 0) return;  // a level without stiffness
+    bound_ = found;
     is_bound_known_ = true;
 }
 
-double MatrixFreeSmoother::squared_norm(std::span<const float> x) const {
-    double size = 0;
-    for (const float v : x.first(A_.components())) size += v * v;
-    return A_.sum_over_ranks(size);
+double MatrixFreeSmoother::dot(std::span<const float> x, std::span<const float> y) const {
+    double sum = 0;
+    for (std::size_t i = 0; i < A_.components(); ++i) sum += x[i] * y[i];
+    return A_.sum_over_ranks(sum);
 }
 
 void MatrixFreeSmoother::smooth(bool from_zero) {

@@ -17,8 +17,8 @@ class MatrixFreeSmoother {
 
     /// Finds the bound of the eigenvalues, the first time that it is called: the largest one of
     /// D^-1 A without mass, springs and constraints, which only lower it (for constraints: Cauchy's
-    /// interlacing theorem), from 20 steps of power iteration. Turns of the cells change it
-    /// little. Overwrites x.
+    /// interlacing theorem); see lanczos_bound. Turns of the cells change it little. Overwrites b
+    /// and x.
     void find_bound();
 
     /// x += ChebyshevSteps for A x = b; `from_zero`: x is 0, whatever it holds.
@@ -38,8 +38,9 @@ class MatrixFreeSmoother {
     std::vector<float>& x() { return x_; }
 
   private:
-    /// |x|^2 of all ranks.
-    double squared_norm(std::span<const float> x) const;
+    struct Gradients;
+    /// x . y of all ranks.
+    double dot(std::span<const float> x, std::span<const float> y) const;
 
     MatrixFreeOperator& A_;
     int steps_;

@@ -10,6 +10,7 @@
 #include "base/sliced_task.hpp"
 #include "mechanics/scaled_stiffness.hpp"
 #include "solvers/linear/chebyshev_steps.hpp"
+#include "solvers/linear/lanczos_bound.hpp"
 #include "solvers/linear/node_transfer.hpp"
 
 namespace livetet {
@@ -157,6 +158,42 @@ struct SinglePrecisionMultigrid::Level {
         }
     }
 
+    /// For lanczos_bound: p is d, and z and q are next.
+    struct Gradients {
+        Level& l;
+
+        static double dot(const std::vector<float>& x, const std::vector<float>& y) {
+            double sum = 0;
+            for (std::size_t i = 0; i + 1 < x.size(); ++i) sum += x[i] * y[i];
+            return sum;
+        }
+        double residual() {
+            l.over_rows([&](std::size_t begin, std::size_t end) {
+                for (std::size_t i = begin; i < end; ++i)
+                    store_node(l.jacobi(i, load_node(l.r.data() + 3 * i)), l.next.data() + 3 * i);
+            });
+            return dot(l.r, l.next);
+        }
+        void turn(double beta) {
+            for (std::size_t i = 0; i < 3 * l.nodes(); ++i)
+                l.d[i] = l.next[i] + static_cast<float>(beta) * l.d[i];
+        }
+        double curvature() {
+            pause_point();
+            l.over_rows([&](std::size_t begin, std::size_t end) {
+                l.A.multiply(begin, end, l.d.data(), [&](std::size_t i, FourFloats Ax) {
+                    store_node(Ax, l.next.data() + 3 * i);
+                });
+            });
+            return dot(l.d, l.next);
+        }
+        void advance(double alpha) {
+            for (std::size_t i = 0; i < 3 * l.nodes(); ++i)
+                l.r[i] -= static_cast<float>(alpha) * l.next[i];
+        }
+    };
+    Gradients gradients() { return {*this}; }
+
     /// r = S (b - A x), unscaled for the transfer; zero at constrained components.
     void residual() {
         over_rows([&](std::size_t begin, std::size_t end) {
@@ -234,32 +271,18 @@ RenewalExtent SinglePrecisionMultigrid::update(const ElementRotations& finest, d
     return renewed;
 }
 
-/// bound = |D^-1 K x| / |x| after 20 steps of power iteration. Chebyshev's interval ends a tenth
-/// above it. Mass, springs and constraints only lower it (for constraints: Cauchy's interlacing
-/// theorem).
+/// The largest eigenvalue of D^-1 K. Chebyshev's interval ends a tenth above it. Mass, springs and
+/// constraints only lower it (for constraints: Cauchy's interlacing theorem).
 void SinglePrecisionMultigrid::find_bound(Level& level,
                                           std::span<const RotationBatch<float>> rotations) {
     level.hold_nothing();
     constexpr double of_stiffness_alone = std::numeric_limits<double>::infinity();
     level.assemble(rotations, 0, of_stiffness_alone, Renewal::whole);
-    std::uint32_t state = 12345;
-    for (float& v : level.x)
-        v = static_cast<float>(state = state * 1664525u + 1013904223u) / 4294967296.0F - 0.5F;
-    for (int k = 0; k < 20; ++k) {
-        pause_point();
-        double before = 0, after = 0;
-        for (const float v : level.x) before += v * v;
-        level.over_rows([&](std::size_t begin, std::size_t end) {
-            level.A.multiply(begin, end, level.x.data(), [&](std::size_t i, FourFloats Ax) {
-                store_node(level.jacobi(i, Ax), level.next.data() + 3 * i);
-            });
-        });
-        for (const float v : level.next) after += v * v;
-        if (!(before > 0 && after > 0)) break;  // a level without stiffness
-        level.bound = std::sqrt(after / before);
-        const auto scale = static_cast<float>(1 / std::sqrt(after));
-        for (std::size_t i = 0; i < level.x.size(); ++i) level.x[i] = scale * level.next[i];
-    }
+    RoughValues rough;
+    for (float& v : level.r) v = static_cast<float>(rough.next());
+    std::ranges::fill(level.d, 0.0F);
+    const double found = lanczos_bound(bound_steps, level.gradients());
+    if (found > 0) level.bound = found;  // else it has no stiffness
     level.set_constrained();
 }
 

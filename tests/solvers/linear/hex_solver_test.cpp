@@ -100,7 +100,6 @@ TetMesh ragged(int n) {
     });
 }
 
-/// To 1e-8 within a few more iterations on 95,000 cells than on 2,000.
 /// What a grid keeps to damp by is the positive part of the tangent, in each model and form.
 TEST(HexSolver, DampsByThePositiveTangentThatItKept) {
     if (test::rank_count() > 1) GTEST_SKIP() << "one rank";
