@@ -45,7 +45,8 @@ json cuts_json(const FrameState& last) {
             {"longest_ms", 1e3 * cut.longest_s},
             {"prepared_ms", 1e3 * cut.prepared_s},
             {"gaps", last.blade_gaps.count},
-            {"gaps_mm", 1e3 * last.blade_gaps.length}};
+            {"gaps_mm", 1e3 * last.blade_gaps.length},
+            {"waits", last.cut_waits}};
 }
 
 json describe_run(const OpenSource& open, const FiducialRegistration& registration,

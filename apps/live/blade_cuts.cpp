@@ -73,34 +73,33 @@ void BladeCuts::follow(double time_s, std::span<const std::optional<BladeEdge>> 
     }
 }
 
-/// Whether the straight way of a gap goes through the body: at one of 7 steps between the rows of
-/// points, of which the longer may have more than the other.
-bool BladeCuts::passes_through(const BladeGap& gap) const {
+/// Length in the body of the straight way across a gap, m: the most of any point of the blade, of
+/// which 9 places between the rows are asked. The longer row may have more points than the other.
+double BladeCuts::length_inside(const BladeGap& gap) const {
+    constexpr int steps = 8;
     const std::size_t count = std::max(gap.before.size(), gap.after.size());
     const auto point = [&](const std::vector<Vector3>& row, std::size_t i) {
         return row[i * (row.size() - 1) / std::max<std::size_t>(count - 1, 1)];
     };
-    for (std::size_t i = 0; i < count; ++i) {
+    int most = 0;
+    for (std::size_t i = 0; i < count && most <= steps; ++i) {
         const Vector3 from = point(gap.before, i), to = point(gap.after, i);
-        for (int step = 1; step < 8; ++step)
-            if (cuttable_->holds(from + step / 8.0 * (to - from))) return true;
+        int inside = 0;
+        for (int step = 0; step <= steps; ++step)
+            inside += cuttable_->holds(from + step / static_cast<double>(steps) * (to - from));
+        most = std::max(most, inside);
     }
-    return false;
+    return most * gap.length / (steps + 1);
 }
 
-/// Counts a gap in which the body may have been cut: in its midst, or on a way through all of it. A
-/// blade that entered or left meanwhile has cut little.
+/// Counts a gap in which the body may have been cut.
 void BladeCuts::count_gap(const BladeSweep& sweep) {
     const auto& gap = sweep.gap();
     if (!gap || gap->length < cuttable_->cell_edge()) return;
-    const auto is_any_inside = [&](const std::vector<Vector3>& places) {
-        return std::ranges::any_of(places,
-                                   [&](const Vector3& place) { return cuttable_->holds(place); });
-    };
-    const bool was_inside = is_any_inside(gap->before), is_inside = is_any_inside(gap->after);
-    if (was_inside != is_inside || (!was_inside && !passes_through(*gap))) return;
+    const double length = length_inside(*gap);
+    if (length < cuttable_->cell_edge()) return;
     ++gaps_.count;
-    gaps_.length += gap->length;
+    gaps_.length += length;
 }
 
 void BladeCuts::take(double time_s, const TriangleMesh& swept) {

@@ -29,7 +29,7 @@ struct CutMesh {
 /// two frames.
 struct BladeGaps {
     std::size_t count = 0;
-    double length = 0;  ///< of all together, of the blades' ends, m
+    double length = 0;  ///< of all together in the body, m
 };
 
 /// The levels of four-node tets, or of a grid: without the finest one, if that is of ten-node tets.
@@ -80,13 +80,15 @@ class BladeCuts {
     void restart();
     /// Number of pairs of neighbouring cells that were parted.
     std::size_t parted() const { return cuttable_->parted(); }
-    /// Gaps so far: of at least a cell's edge, with the blade in the body before and after.
+    /// Gaps so far: those whose straight way has at least a cell's edge in the body.
     const BladeGaps& gaps() const { return gaps_; }
+    /// Whether something was cut that has not opened yet.
+    bool is_waiting() const { return pending_s_ || begun_s_; }
 
   private:
     void take(double time_s, const TriangleMesh& swept);
     void end();
-    bool passes_through(const BladeGap& gap) const;
+    double length_inside(const BladeGap& gap) const;
     void count_gap(const BladeSweep& sweep);
     bool is_near(const BladeEdge& edge, std::span<const Vector3> displacement) const;
     TriangleMesh near_body(const TriangleMesh& swept) const;

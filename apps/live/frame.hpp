@@ -44,6 +44,7 @@ struct FrameState {
     std::optional<HandPull> pull{};
     std::shared_ptr<const CutMesh> cut{};  ///< the frame's mesh; none: as it was loaded
     BladeGaps blade_gaps{};                ///< so far
+    bool cut_waits = false;                ///< something was cut that has not opened yet
     FrameStatement statement;
     std::size_t turned_elements = 0;  ///< as TurnedElements counts them
     StepReport step;

@@ -187,12 +187,13 @@ std::vector<igtl::Message> FrameMessages::operator()(const PublishedFrame& a, do
                   {"iterations", frame.step.iterations},
                   {"turned_elements", frame.turned_elements},
                   {"error_estimate_mm", 1e3 * frame.step.linear_error}};
-    if (const CutMesh none; frame.cut || frame.blade_gaps.count > 0) {
+    if (const CutMesh none; frame.cut || frame.cut_waits || frame.blade_gaps.count > 0) {
         const CutMesh& cut = frame.cut ? *frame.cut : none;
         about["cuts"] = {
             {"openings", cut.openings},       {"parted", cut.parted},
             {"pieces", cut.pieces},           {"free_pieces", cut.free_pieces},
-            {"gaps", frame.blade_gaps.count}, {"gaps_mm", 1e3 * frame.blade_gaps.length}};
+            {"gaps", frame.blade_gaps.count}, {"gaps_mm", 1e3 * frame.blade_gaps.length},
+            {"waits", frame.cut_waits}};
     }
     if (!frame.statement.targets.empty()) about["statement"] = json_of(frame.statement, a.targets);
     messages.push_back(igtl::string_message(
@@ -237,6 +238,7 @@ std::string status_text(const PublishedFrame& a, const SourceStatus& source, dou
                     a.frame.step.iterations, 1e3 * a.frame.step.linear_error);
     if (const CutMesh* cut = a.frame.cut.get())
         text += fmt::format(" | cut {}{}", counted(cut->openings, "time"), pieces_of_cut(*cut));
+    if (a.frame.cut_waits) text += " | a cut waits to open";
     if (const BladeGaps& gaps = a.frame.blade_gaps; gaps.count > 0)
         text += fmt::format(" | NOT cut in {}", counted(gaps.count, "gap"));
     text += " | " + followed_text(a, ", ");

@@ -40,7 +40,8 @@ RunCuts parse_cuts(const json& object, const std::string& source) {
             value_of<double>(object, "longest_ms", source),
             object.contains("prepared_ms") ? value_of<double>(object, "prepared_ms", source) : 0,
             object.contains("gaps") ? value_of<std::size_t>(object, "gaps", source) : 0,
-            object.contains("gaps_mm") ? value_of<double>(object, "gaps_mm", source) : 0};
+            object.contains("gaps_mm") ? value_of<double>(object, "gaps_mm", source) : 0,
+            object.contains("waits") && value_of<bool>(object, "waits", source)};
 }
 
 }  // namespace

@@ -61,6 +61,7 @@ struct RunCuts {
     double prepared_ms = 0;                   ///< longest time that preparing one took
     std::size_t gaps = 0;                     ///< blade paths that were not cut; see BladeGaps
     double gaps_mm = 0;                       ///< their length, all together
+    bool waits = false;                       ///< something was cut that had not opened at the end
 };
 
 /// Summary of a run.

@@ -104,6 +104,7 @@ void TrackedBody::cut_by_blades() {
             opens_s);
     }
     if (c.opening && frame_.time_s >= c.opening->opens_s()) open_cut();
+    frame_.cut_waits = c.cuts.is_waiting();
 }
 
 bool TrackedBody::prepare_cut(const std::function<bool()>& is_over) {

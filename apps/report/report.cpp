@@ -84,6 +84,7 @@ void add_scene(Report& report, const RunResult& result) {
             fmt::format("Cuts of the scene: {}.", cuts_text(scene, result.first_mesh())));
     if (auto note = locking_note(scene)) report.notes.push_back(std::move(*note));
     if (auto note = swinging_note(scene, result.mesh)) report.notes.push_back(std::move(*note));
+    report.prepares_cuts = !scene.track || scene.track->pace != Pace::every_sample;
     if (scene.track)
         for (const SensorOptions& s : scene.track->sensors)
             report.sensors.push_back(

@@ -50,6 +50,7 @@ struct Report {
     std::vector<std::string> notes;    ///< what the frame of the deepest press cannot mean; locking
     std::size_t unplaced = 0;          ///< sensors that were still being placed at the end
     std::size_t slips = 0;             ///< how often a sensor slipped, of all sensors
+    bool prepares_cuts = true;         ///< between frames: not with pace: every-sample
     std::vector<ExplainedPart> parts;  ///< parts built and left out; empty if the scene is unknown
     RunInfo run;
     std::string elements;  ///< see elements_text

@@ -162,7 +162,7 @@ std::string report_json(const Report& r) {
                        {"nodes_added", cuts->nodes_added}, {"pieces", cuts->pieces},
                        {"free_pieces", cuts->free_pieces}, {"longest_ms", cuts->longest_ms},
                        {"prepared_ms", cuts->prepared_ms}, {"gaps", cuts->gaps},
-                       {"gaps_mm", cuts->gaps_mm}};
+                       {"gaps_mm", cuts->gaps_mm},         {"waits", cuts->waits}};
     if (r.truth) out["targets"] = truth_json(*r.truth);
     if (r.stated) out["stated_error"] = stated_json(*r.stated);
     return json_text(out);

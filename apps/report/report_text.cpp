@@ -62,8 +62,8 @@ std::string slip_verdict(const Report& r) {
         counted(r.slips, "time"));
 }
 
-std::string cuts_verdict(const RunInfo& run) {
-    const RunCuts& c = *run.cuts;
+std::string cuts_verdict(const Report& r) {
+    const RunCuts& c = *r.run.cuts;
     std::string text = "Cuts: none opened.";
     if (c.openings > 0) {
         text = fmt::format(
@@ -77,15 +77,19 @@ std::string cuts_verdict(const RunInfo& run) {
             text += fmt::format(", of which neither fix nor drive holds {}", c.free_pieces);
         text += ".";
     }
-    if (c.longest_ms > run.budget_ms)
+    if (c.longest_ms > r.run.budget_ms)
         text += fmt::format(
-            " The longest opening took more than the {:.0f} ms of a frame: a longer "
-            "track.cut_interval_s leaves more time to prepare (pace: every-sample leaves none).",
-            run.budget_ms);
+            " The longest opening took more than the {:.0f} ms of a frame: {}.", r.run.budget_ms,
+            r.prepares_cuts ? "a longer track.cut_interval_s leaves more time to prepare"
+                            : "pace: every-sample leaves no time between frames to prepare");
+    if (c.waits)
+        text +=
+            " What was cut last had not opened when the run ended: that was within "
+            "track.cut_interval_s.";
     if (c.gaps > 0)
         text += fmt::format(
-            " NOT cut: {}, {:.0f} mm in all, too long between two frames in which the blade was "
-            "seen.",
+            " NOT cut: {}, {:.0f} mm in the organ in all, too long between two frames in which the "
+            "blade was seen.",
             counted(c.gaps, "blade path"), c.gaps_mm);
     return text;
 }
@@ -243,7 +247,7 @@ std::vector<std::string> verdicts(const Report& report) {
     if (report.frames.turned_over > 0) sentences.push_back(turned_verdict(report));
     if (report.unplaced > 0) sentences.push_back(placing_verdict(report));
     if (report.slips > 0) sentences.push_back(slip_verdict(report));
-    if (report.run.cuts) sentences.push_back(cuts_verdict(report.run));
+    if (report.run.cuts) sentences.push_back(cuts_verdict(report));
     if (const std::string noise = noise_text(report.run.poses); !noise.empty())
         sentences.push_back("Tracker: the " + noise + ".");
     sentences.insert(sentences.end(), report.notes.begin(), report.notes.end());

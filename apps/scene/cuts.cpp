@@ -181,10 +181,20 @@ CutLevels cut_grid(const Scene& scene, const TetMesh& mesh) {
     return {{std::move(made)}, counted(doubled, "node") + " doubled"};
 }
 
+bool is_same(const CutOptions& a, const CutOptions& b) {
+    return a.point_mm == b.point_mm && a.normal == b.normal && a.radius_mm == b.radius_mm &&
+           a.edges_mm == b.edges_mm && a.file == b.file && a.space == b.space;
+}
+
+/// A cut that is listed again cuts nothing: nodes that moved onto it once are not to move further.
 CutLevels cut_tet_levels(const Scene& scene, std::vector<TetMesh> levels) {
     CutCounts all;
     const std::string extent = extent_text(levels.front());
     for (std::size_t i = 0; i < scene.cuts.size(); ++i) {
+        const auto listed_before = std::span(scene.cuts).first(i);
+        if (std::ranges::any_of(listed_before,
+                                [&](const CutOptions& c) { return is_same(c, scene.cuts[i]); }))
+            continue;
         const CutSurface surface = surface_of(scene.cuts[i]);
         const CutCounts counts = cut_levels(levels, surface, key_of(i));
         if (counts.parted == 0)
@@ -194,8 +204,10 @@ CutLevels cut_tet_levels(const Scene& scene, std::vector<TetMesh> levels) {
         all.doubled += counts.doubled;
     }
     if (all.doubled == 0)
-        fail("cuts: part only {}, too few to open a gap, expected larger cuts of the body, {}",
-             all.parted == 1 ? "1 tetrahedron" : fmt::format("{} tetrahedra", all.parted), extent);
+        fail(
+            "cuts: part {}, but open no gap: they are too small, or lie along the body's surface; "
+            "expected larger cuts through the body, {}",
+            all.parted == 1 ? "1 tetrahedron" : fmt::format("{} tetrahedra", all.parted), extent);
     return {std::move(levels),
             fmt::format("{} doubled, {} new ones", counted(all.doubled, "node"), all.added)};
 }

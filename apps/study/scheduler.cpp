@@ -141,10 +141,12 @@ void check_meshes(const Study& study) {
         check_can_be_cut(scene);
         if (std::find(seen.begin(), seen.end(), name) != seen.end()) continue;
         seen.push_back(name);
-        if (!is_tet_mesh_name(scene.mesh.file))
+        if (!is_tet_mesh_name(scene.mesh.file) && scene.mesh.cells != MeshCells::hexahedra)
             fail(
-                "mesh.file = {}: a study wants tetrahedra, .h5, .msh or .vtu: `livetet mesh` makes "
-                "them",
+                "mesh.file = {}: found an image or a surface to be meshed in each solve of a "
+                "study, "
+                "expected a mesh (.h5, .msh, .vtu), which `livetet mesh` makes, or cells: "
+                "hexahedra",
                 name);
         load_mesh(scene.mesh, {}, {});  // cuts may vary: those of a solve are its own
     }

@@ -12,6 +12,7 @@
 #include "apps/scene/cuts.hpp"
 #include "apps/scene/outputs.hpp"
 #include "apps/scene/scene_image.hpp"
+#include "base/counted.hpp"
 #include "base/error.hpp"
 #include "base/stopwatch.hpp"
 #include "config/yaml.hpp"
@@ -19,6 +20,7 @@
 #include "image/label_map.hpp"
 #include "io/dicom_name.hpp"
 #include "io/image_file.hpp"
+#include "mesh/mesh_pieces.hpp"
 #include "meshing/surface_check.hpp"
 #ifdef LIVETET_IMAGES
 #include "io/dicom_derived.hpp"
@@ -96,13 +98,21 @@ WarpSource read_source(const ResultReader& result, const fs::path& result_file,
     return source;
 }
 
-/// On the scene's cuts; empty if there are none, or the scene is unknown.
+/// On the scene's cuts, unless the scene is unknown, and on those of blades in the run; empty if
+/// there are none.
 std::string text_on_cuts(const ResultReader& result, const fs::path& file) {
+    const TetMesh first = result.first_mesh();
+    std::string text;
     try {
-        return cuts_text(read_yaml<Scene>(result.scene_text(), file.string()), result.first_mesh());
+        text = cuts_text(read_yaml<Scene>(result.scene_text(), file.string()), first);
     } catch (const Error&) {
-        return {};
+        text.clear();
     }
+    const std::size_t doubled = result.mesh().nodes.size() - first.nodes.size();
+    if (doubled == 0) return text;
+    return fmt::format("{}{}blades doubled {}; in the end the body is in {}", text,
+                       text.empty() ? "" : "; ", counted(doubled, "node"),
+                       counted(mesh_pieces(result.mesh()).size(), "piece"));
 }
 
 /// Throws Error if the grid contains none of these nodes; returns a note of how many lie outside. A

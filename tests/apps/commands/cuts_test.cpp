@@ -456,6 +456,26 @@ TEST(Cuts, ACutMeshAnswersAsOneMadeWithTheCut) {
     }
 }
 
+/// A cut that ends in a bar of tets, once and listed twice.
+TEST(Cuts, ACutThatIsListedAgainCutsNothing) {
+    const Folder folder;
+    TetMesh bar = test::shaken(shapes::box({0.08, 0.016, 0.016}, {20, 4, 4}), 0.001);
+    write_hierarchy(folder / "bar.h5", make_hierarchy({std::move(bar)}, "a box"));
+    const std::string cut = "{point_mm: [41, 8, 16], edges_mm: [0, 40, 0, 4, 0, 18]}";
+    std::vector<std::vector<Vector3>> nodes;
+    for (const std::string& cuts : {"[" + cut + "]", "[" + cut + ", " + cut + "]"}) {
+        write_text(folder / "scene.yaml", NotchedBlock::scene("bar.h5", "cuts: " + cuts + "\n"));
+        std::string text = text_of(folder / "scene.yaml");
+        text.replace(text.find("119.9"), 5, "79.9");
+        write_text(folder / "scene.yaml", text);
+        const auto run = livetet(folder, "solve scene.yaml");
+        ASSERT_EQ(run.status, 0) << run.err;
+        nodes.push_back(ResultReader(folder / "out.h5").mesh().nodes);
+    }
+    EXPECT_EQ(nodes[0], nodes[1]);
+    EXPECT_GT(nodes[0].size(), 21U * 5 * 5) << "it opens";
+}
+
 /// Iterations of a bar, whole and cut to an eighth of its height.
 std::array<int, 2> iterations_of_bar(const std::vector<TetMesh>& levels,
                                      const std::string& solver) {

@@ -136,7 +136,7 @@ TEST(BladeCuts, WhatBeginsOnceMoreIsTheSameWhetherItWasPreparedOrNot) {
     EXPECT_EQ(mesh_pieces(opened[0]).size(), 2U) << "the crumb hangs together with its neighbour";
 }
 
-/// Only where the blade was in the body before and after, or on either side of it.
+/// Where the straight way of the blade is in the body.
 TEST(BladeCuts, AGapInTheBodyIsCounted) {
     const auto gaps_from = [](double from, double to) {
         BladedGrid grid;
@@ -150,8 +150,11 @@ TEST(BladeCuts, AGapInTheBodyIsCounted) {
     };
     EXPECT_EQ(gaps_from(0.035, 0.005).count, 1U);
     EXPECT_NEAR(gaps_from(0.035, 0.005).length, 0.03, 1e-12);
-    EXPECT_EQ(gaps_from(0.06, 0.005).count, 0U) << "it was above";
-    EXPECT_EQ(gaps_from(0.005, 0.06).count, 0U) << "it left";
+    for (const auto& [from, to] : {std::pair(0.06, 0.005), std::pair(0.005, 0.06)}) {
+        EXPECT_EQ(gaps_from(from, to).count, 1U) << "it came from above, or left";
+        EXPECT_NEAR(gaps_from(from, to).length, 0.035, 0.055 / 8);
+    }
+    EXPECT_EQ(gaps_from(0.06, 0.039).count, 0U) << "not as deep as a cell";
     EXPECT_EQ(gaps_from(0.06, -0.02).count, 1U) << "above, then below";
     EXPECT_EQ(gaps_from(0.06, 0.07).count, 0U) << "always above";
 }

@@ -136,7 +136,7 @@ TEST(FrameMessages, ACutGivesTheSurfaceNewPointsAndTriangles) {
         if (m.device == "LivetetFrame") {
             EXPECT_NE(std::get<igtl::String>(m.content).text.find(
                           R"("cuts":{"free_pieces":1,"gaps":2,"gaps_mm":31.0,"openings":1,)"
-                          R"("parted":1,"pieces":2})"),
+                          R"("parted":1,"pieces":2,"waits":false})"),
                       std::string::npos);
         }
     EXPECT_NE(status_text(a, {}, 0, 0)

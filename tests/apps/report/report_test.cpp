@@ -437,9 +437,15 @@ TEST(Report, SaysWhatBladesCutAndWhatNot) {
     EXPECT_NE(sentence().find("the 30 ms of a frame: a longer track.cut_interval_s"),
               std::string::npos)
         << sentence();
+    report.prepares_cuts = false;
+    EXPECT_EQ(sentence().find("a longer track.cut_interval_s"), std::string::npos) << sentence();
+    EXPECT_EQ(sentence().find("had not opened"), std::string::npos);
+    report.run.cuts->waits = true;
+    EXPECT_NE(sentence().find("What was cut last had not opened"), std::string::npos);
     report.run.cuts->gaps = 2;
     report.run.cuts->gaps_mm = 31;
-    EXPECT_NE(sentence().find("NOT cut: 2 blade paths, 31 mm in all"), std::string::npos)
+    EXPECT_NE(sentence().find("NOT cut: 2 blade paths, 31 mm in the organ in all"),
+              std::string::npos)
         << sentence();
 }
 
