@@ -73,10 +73,11 @@ void BladeCuts::follow(double time_s, std::span<const std::optional<BladeEdge>> 
     }
 }
 
-/// Length in the body of the straight way across a gap, m: the most of any point of the blade, of
-/// which 9 places between the rows are asked. The longer row may have more points than the other.
+/// Length in the body of the straight way across a gap, m: the most of any point of the blade, each
+/// sampled at places half a cell apart. One row may have more points than the other.
 double BladeCuts::length_inside(const BladeGap& gap) const {
-    constexpr int steps = 8;
+    const int steps =
+        std::clamp(static_cast<int>(std::ceil(2 * gap.length / cuttable_->cell_edge())), 8, 200);
     const std::size_t count = std::max(gap.before.size(), gap.after.size());
     const auto point = [&](const std::vector<Vector3>& row, std::size_t i) {
         return row[i * (row.size() - 1) / std::max<std::size_t>(count - 1, 1)];
@@ -86,7 +87,7 @@ double BladeCuts::length_inside(const BladeGap& gap) const {
         const Vector3 from = point(gap.before, i), to = point(gap.after, i);
         int inside = 0;
         for (int step = 0; step <= steps; ++step)
-            inside += cuttable_->holds(from + step / static_cast<double>(steps) * (to - from));
+            inside += cuttable_->holds(from + static_cast<double>(step) / steps * (to - from));
         most = std::max(most, inside);
     }
     return most * gap.length / (steps + 1);

@@ -82,7 +82,7 @@ class BladeCuts {
     std::size_t parted() const { return cuttable_->parted(); }
     /// Gaps so far: those whose straight way has at least a cell's edge in the body.
     const BladeGaps& gaps() const { return gaps_; }
-    /// Whether something was cut that has not opened yet.
+    /// Whether an opening is due or under way.
     bool is_waiting() const { return pending_s_ || begun_s_; }
 
   private:

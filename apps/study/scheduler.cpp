@@ -139,15 +139,13 @@ void check_meshes(const Study& study) {
         const Scene scene = study.scene(k);
         const std::string name = scene.mesh.file.string();
         check_can_be_cut(scene);
-        if (std::find(seen.begin(), seen.end(), name) != seen.end()) continue;
-        seen.push_back(name);
         if (!is_tet_mesh_name(scene.mesh.file) && scene.mesh.cells != MeshCells::hexahedra)
             fail(
-                "mesh.file = {}: found an image or a surface to be meshed in each solve of a "
-                "study, "
-                "expected a mesh (.h5, .msh, .vtu), which `livetet mesh` makes, or cells: "
-                "hexahedra",
+                "mesh.file = {}: found what each solve of a study would mesh, expected a mesh "
+                "(.h5, .msh, .vtu), which `livetet mesh` makes, or cells: hexahedra",
                 name);
+        if (std::find(seen.begin(), seen.end(), name) != seen.end()) continue;
+        seen.push_back(name);
         load_mesh(scene.mesh, {}, {});  // cuts may vary: those of a solve are its own
     }
 }

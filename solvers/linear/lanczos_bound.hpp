@@ -24,8 +24,9 @@ class RoughValues {
 /// Steps after which the largest eigenvalue is known to a few hundredths.
 inline constexpr int bound_steps = 14;
 
-/// The largest eigenvalue of B A, both symmetric and positive, from below, by Lanczos' method: that
-/// of the tridiagonal matrix T that conjugate gradients for A preconditioned by B imply,
+/// A lower estimate of the largest eigenvalue of B A, both symmetric and positive, by Lanczos'
+/// method: the largest one of the tridiagonal matrix T that conjugate gradients for A,
+/// preconditioned by B, imply,
 ///
 ///     T_kk = 1 / alpha_k + beta_{k-1} / alpha_{k-1},    T_k,k+1 = sqrt(beta_k) / alpha_k
 ///

@@ -23,6 +23,9 @@ struct LinearControls {
     double relative_tolerance = 1e-3;
     int max_iterations = 200;
     std::optional<Deadline> deadline{};
+    /// With pressures: the residual that is small enough in any case, N, but for at least half of
+    /// the right-hand side.
+    double enough = 0;
 };
 
 /// Where a linear solve starts: from zero, or from a combination of the solves that were kept.

@@ -50,7 +50,7 @@ void MatrixFreeSmoother::find_bound() {
 
 double MatrixFreeSmoother::dot(std::span<const float> x, std::span<const float> y) const {
     double sum = 0;
-    for (std::size_t i = 0; i < A_.components(); ++i) sum += x[i] * y[i];
+    for (std::size_t i = 0; i < A_.components(); ++i) sum += double{x[i]} * y[i];
     return A_.sum_over_ranks(sum);
 }
 

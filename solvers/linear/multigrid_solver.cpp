@@ -6,6 +6,7 @@
 
 #include "base/log.hpp"
 #include "solvers/assembly/batch_support.hpp"
+#include "solvers/linear/lanczos_bound.hpp"
 
 namespace livetet {
 
@@ -44,11 +45,9 @@ double largest_eigenvalue(Mat A, PC by = nullptr) {
     }
     LIVETET_PETSC(MatCreateVecs(A, x.out(), b.out()));
     {
-        // A fixed rough vector, the same in every run.
         WriteArray values(b.get());
-        std::uint32_t state = 12345;
-        for (double& v : values.span())
-            v = static_cast<double>(state = state * 1664525u + 1013904223u) / 4294967296.0 - 0.5;
+        RoughValues rough;
+        for (double& v : values.span()) v = rough.next();
     }
     LIVETET_PETSC(KSPSolve(ksp.get(), b.get(), x.get()));
     KSPConvergedReason reason = KSP_CONVERGED_ITERATING;

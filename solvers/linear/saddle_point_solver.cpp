@@ -170,7 +170,8 @@ LinearReport SaddlePointSolver::solve(Vec b_u, Vec b_p, Vec x_u, Vec x_p,
     LinearReport report;
     PetscReal size = 0;
     LIVETET_PETSC(VecNorm(b_.get(), NORM_2, &size));
-    const double allowed = std::max(asked.relative_tolerance * size, user_residual_);
+    const double allowed = std::max(
+        {asked.relative_tolerance * size, user_residual_, std::min(controls.enough, 0.5 * size)});
     const int iterations = live_ ? run_live(asked, allowed, start) : run(b_.get(), asked, allowed);
     finish_report(krylov_.get(), report);
     report.iterations = iterations;

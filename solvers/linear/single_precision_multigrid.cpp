@@ -162,9 +162,9 @@ struct SinglePrecisionMultigrid::Level {
     struct Gradients {
         Level& l;
 
-        static double dot(const std::vector<float>& x, const std::vector<float>& y) {
+        double dot(const std::vector<float>& x, const std::vector<float>& y) const {
             double sum = 0;
-            for (std::size_t i = 0; i + 1 < x.size(); ++i) sum += x[i] * y[i];
+            for (std::size_t i = 0; i < 3 * l.nodes(); ++i) sum += double{x[i]} * y[i];
             return sum;
         }
         double residual() {

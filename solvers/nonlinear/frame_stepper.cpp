@@ -171,14 +171,12 @@ FrameStepper::Solved FrameStepper::solve_once(const FrameControls& controls,
     const int max_iterations = done ? std::max(done->iterations, 1)
                                     : controls.max_iterations.value_or(options_.max_iterations);
     const bool first = report.newton_iterations == 0;
-    // With pressures, no iteration brings more of forces that are little more than their own
-    // rounding, as of a body at rest beside a tracker's noise.
-    const double norm = state_.p ? balance_.residual_norm() : 0;
-    const double rounding = norm > 0 ? std::min(balance_.allowed(0) / norm, 0.5) : 0;
-    const double tolerance = std::max(controls.linear_tolerance, rounding);
+    // With pressures the solve ends at the rounding of the forces, too: below it no iteration
+    // helps.
+    const double enough = state_.p ? balance_.allowed(0) : 0;
     const LinearReport linear =
         solver_.solve(balance_.residual(), balance_.volume_residual(), du_.get(), dp_.get(),
-                      {tolerance, max_iterations, controls.deadline},
+                      {controls.linear_tolerance, max_iterations, controls.deadline, enough},
                       first ? LinearStart::earlier_solves : LinearStart::zero);
     report.solve_s += watch.lap();
     report.iterations += linear.iterations;

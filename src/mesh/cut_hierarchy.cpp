@@ -35,9 +35,10 @@ std::vector<Vector3> midst_of_tets(const TetMesh& mesh) {
 /// has none there keeps the tet that `points`, one a node, found.
 void keep_to_own_side(BarycentricMap& map, const TetMesh& fine, const PointLocator& in_fine,
                       const TetMesh& coarse, std::span<const Vector3> points) {
+    SideFinder finder(fine, in_fine, coarse);
+    if (!finder.knows_gaps()) return;
     const PointLocator locator(coarse);
     pause_point();
-    SideFinder finder(fine, in_fine, coarse);
     for (std::size_t n = 0; n < map.size(); ++n) {
         if (n % 64 == 0) pause_point();
         if (!finder.is_near_gap(map.nodes[n])) continue;

@@ -39,7 +39,7 @@ std::vector<std::uint8_t> doubled_nodes(const TetMesh& mesh) {
     return is_doubled;
 }
 
-/// What tets have in common with the given ones: their nodes' neighbours.
+/// The given nodes, and those that share a tet with one.
 std::vector<std::uint8_t> with_neighbours(const std::vector<std::uint8_t>& nodes,
                                           std::span<const Tet> tets) {
     std::vector<std::uint8_t> wider = nodes;
@@ -52,7 +52,8 @@ std::vector<std::uint8_t> with_neighbours(const std::vector<std::uint8_t>& nodes
 /// Of each tet a place on its side of gaps; see SideFinder. Where not even neighbours of neighbours
 /// have a corner that is not doubled it is the middle.
 std::vector<Vector3> places_off_gaps(const TetMesh& mesh,
-                                     const std::vector<std::uint8_t>& is_doubled) {
+                                     const std::vector<std::uint8_t>& is_doubled,
+                                     std::span<const std::array<std::int32_t, 4>> across) {
     std::vector<Vector3> places = middles_of(mesh);
     std::vector<std::uint8_t> is_off(places.size(), 0);
     for (std::size_t t = 0; t < places.size(); ++t) {
@@ -64,7 +65,6 @@ std::vector<Vector3> places_off_gaps(const TetMesh& mesh,
         places[t] = (places[t] + sum / count) / 2;
         is_off[t] = 1;
     }
-    const auto across = tets_across(mesh.tets);
     for (int sweep = 0; sweep < 2; ++sweep) {
         const std::vector<std::uint8_t> was_off = is_off;
         for (std::size_t t = 0; t < places.size(); ++t) {
@@ -94,23 +94,30 @@ double longest_edge(const TetMesh& mesh, const Tet& t) {
 SideFinder::SideFinder(const TetMesh& fine, const PointLocator& in_fine, const TetMesh& coarse)
     : fine_(fine), coarse_(coarse) {
     const std::vector<std::uint8_t> is_doubled = doubled_nodes(coarse);
+    knows_gaps_ = std::ranges::count(is_doubled, 1) > 0;
+    if (!knows_gaps_) return;
     is_near_ = with_neighbours(is_doubled, coarse.tets);
-    places_ = places_off_gaps(coarse, is_doubled);
+    const auto across_coarse = tets_across(coarse.tets);
+    pause_point();
+    places_ = places_off_gaps(coarse, is_doubled, across_coarse);
     pause_point();
     tet_at_.assign(places_.size(), -1);
     for (std::size_t c = 0; c < places_.size(); ++c) {
         if (!is_near_gap(coarse.tets[c])) continue;
+        pause_point_at(c);
         const PointLocator::Hit hit = in_fine.find(places_[c]);
         if (hit.distance < 0.1 * longest_edge(coarse, coarse.tets[c])) tet_at_[c] = hit.tet;
     }
     across_ = tets_across(fine.tets);
     pause_point();
-    forget_hidden_places();
+    forget_hidden_places(across_coarse);
+    pause_point();
     places_in_ = make_lists(fine.tets.size(), [&](auto&& add) {
         for (std::size_t c = 0; c < tet_at_.size(); ++c)
             if (tet_at_[c] >= 0) add(tet_at_[c], static_cast<std::int32_t>(c));
     });
     middles_ = middles_of(fine);
+    pause_point();
     around_ = make_lists(fine.nodes.size(), [&](auto&& add) {
         for (std::size_t t = 0; t < fine.tets.size(); ++t)
             for (const std::int32_t n : fine.tets[t]) add(n, static_cast<std::int32_t>(t));
@@ -118,10 +125,9 @@ SideFinder::SideFinder(const TetMesh& fine, const PointLocator& in_fine, const T
     length_.assign(fine.tets.size(), not_reached);
 }
 
-/// Forgets places that most neighbours' places do not see: they are on the wrong side, as where a
-/// corner of the body sticks through the cut.
-void SideFinder::forget_hidden_places() {
-    const auto across = tets_across(coarse_.tets);
+/// Forgets places that at least half of the neighbours' places do not see: they are on the wrong
+/// side, as where a corner of the body sticks through the cut.
+void SideFinder::forget_hidden_places(std::span<const std::array<std::int32_t, 4>> across) {
     std::vector<std::int32_t> hidden;
     for (std::size_t c = 0; c < places_.size(); ++c) {
         if (tet_at_[c] < 0) continue;
@@ -153,7 +159,8 @@ HoldingTet SideFinder::tet_beside(std::int32_t node, std::int32_t found) {
 /// through the face that the place is farthest behind. Most do, in a few steps.
 bool SideFinder::sees(std::int32_t at, std::int32_t coarse_tet) const {
     const Vector3& place = places_[coarse_tet];
-    for (int step = 0; step < 20 && at >= 0; ++step) {
+    constexpr int most_steps = 200;  // rounding may lead round an edge
+    for (int step = 0; step < most_steps && at >= 0; ++step) {
         if (at == tet_at_[coarse_tet]) return true;
         const auto weights = frame_of(fine_, fine_.tets[at]).weights(place);
         at = across_[at][std::ranges::min_element(weights) - weights.begin()];
@@ -164,6 +171,7 @@ bool SideFinder::sees(std::int32_t at, std::int32_t coarse_tet) const {
 /// Dijkstra's search over the fine tets, until `found` is reached or another tet that holds the
 /// node.
 HoldingTet SideFinder::best_reached(std::int32_t node, std::int32_t found) {
+    pause_point();
     const Vector3& x = fine_.nodes[node];
     const double edge = longest_edge(coarse_, coarse_.tets[found]);
     double farthest = 2 * edge;

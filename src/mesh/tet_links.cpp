@@ -5,6 +5,7 @@
 
 #include "base/disjoint_sets.hpp"
 #include "base/lists.hpp"
+#include "base/sliced_task.hpp"
 #include "mesh/node_copies.hpp"
 
 namespace livetet {
@@ -34,10 +35,14 @@ std::vector<std::array<std::int32_t, 4>> tets_across(std::span<const Tet> tets) 
     std::vector<std::array<std::int32_t, 4>> across(tets.size(), {-1, -1, -1, -1});
     std::vector<std::pair<Triangle, std::int32_t>> seen;
     for (std::int32_t n = 0; n < node_count; ++n) {
+        pause_point_at(static_cast<std::size_t>(n));
         seen.clear();
         for (const std::int32_t f : faces_at[n]) {
             const Triangle face = sorted_face(tets[f / 4], f % 4);
-            const auto other = std::ranges::find(seen, face, [](const auto& s) { return s.first; });
+            const auto other = std::ranges::find_if(seen, [&](const auto& s) {
+                return s.first == face && across[s.second / 4][s.second % 4] < 0 &&
+                       !std::ranges::is_permutation(tets[s.second / 4], tets[f / 4]);
+            });
             if (other == seen.end()) {
                 seen.emplace_back(face, f);
                 continue;
@@ -54,8 +59,7 @@ std::vector<TetLink> links_of(std::span<const Tet> tets) {
     std::vector<TetLink> links;
     for (std::size_t e = 0; e < tets.size(); ++e)
         for (const std::int32_t other : across[e])
-            if (other > static_cast<std::int32_t>(e) &&
-                !std::ranges::is_permutation(tets[e], tets[other]))
+            if (other > static_cast<std::int32_t>(e))
                 links.push_back({static_cast<std::int32_t>(e), other});
     return links;
 }

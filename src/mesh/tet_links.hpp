@@ -14,7 +14,8 @@ struct TetLink {
     std::int32_t lower = 0, upper = 0;
 };
 
-/// The tet behind the face opposite each corner of each tet; -1 on the boundary. O(n).
+/// The tet behind the face opposite each corner of each tet; -1 on the boundary. Of more than two
+/// tets at a face the first two that differ in a node. O(n).
 std::vector<std::array<std::int32_t, 4>> tets_across(std::span<const Tet> tets);
 
 /// The links of tets, by their faces' nodes; none between tets of the same four nodes. O(n).

@@ -296,8 +296,14 @@ output: {file: out.h5}
     const auto run = livetet(folder, "track scene.yaml");
     EXPECT_EQ(run.status, 0) << run.err;
     const ResultReader result(folder / "out.h5");
-    for (std::size_t k = 0; k < result.frame_count(); ++k)
+    ASSERT_GT(result.frame_count(), 70U);
+    double press_mm = 0;
+    for (std::size_t k = 0; k < result.frame_count(); ++k) {
         EXPECT_LT(result.values("iterations", k, 1)[0], 150) << k;
+        EXPECT_EQ(result.values("converged", k, 1)[0], 1) << k;
+        press_mm = std::max(press_mm, result.values("press_mm", k, 1)[0]);
+    }
+    EXPECT_NEAR(press_mm, 7.2, 0.6) << "6 mm to the side and 4 up";
 }
 
 }  // namespace

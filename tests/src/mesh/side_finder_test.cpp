@@ -7,6 +7,7 @@
 #include "mesh/cut_hierarchy.hpp"
 #include "mesh/mesh_pieces.hpp"
 #include "mesh/openable_tets.hpp"
+#include "mesh/tet_links.hpp"
 #include "support/shaken.hpp"
 #include "support/shapes.hpp"
 
@@ -52,6 +53,29 @@ std::size_t nodes_across(const MeshHierarchy& levels, const Vector3& normal) {
         for (std::size_t n = 0; n < map.size(); ++n) across += fine[n] != coarse[map.nodes[n][0]];
     }
     return across;
+}
+
+TEST(TetLinks, FacesHaveATetOnEachSideButAtTheBoundary) {
+    const TetMesh mesh = test::block({4, 3, 2}, {0.04, 0.03, 0.02});
+    const auto across = tets_across(mesh.tets);
+    std::size_t open = 0;
+    for (std::size_t e = 0; e < across.size(); ++e)
+        for (int k = 0; k < 4; ++k) {
+            const std::int32_t other = across[e][k];
+            open += other < 0;
+            if (other < 0) continue;
+            EXPECT_EQ(std::ranges::count(mesh.tets[other], mesh.tets[e][k]), 0);
+            EXPECT_EQ(std::ranges::count(across[other], static_cast<std::int32_t>(e)), 1);
+        }
+    EXPECT_EQ(open, boundary_triangles(mesh.tets).size());
+    EXPECT_EQ(links_of(mesh.tets).size(), (4 * mesh.tets.size() - open) / 2);
+}
+
+/// A tet that is there twice has no link to itself, and does not hide its neighbour.
+TEST(TetLinks, ATetThatIsThereTwiceKeepsItsNeighbour) {
+    const Tet a{0, 1, 2, 3}, b{1, 2, 3, 4};
+    for (const std::vector<Tet>& tets : {std::vector{a, b, a}, {a, a, b}, {b, a, a}})
+        EXPECT_EQ(links_of(tets).size(), 1U);
 }
 
 /// Cuts of a scene: no node. Those of a blade, whose levels do not follow its surface as near: a
