@@ -23,8 +23,8 @@ struct LinearControls {
     double relative_tolerance = 1e-3;
     int max_iterations = 200;
     std::optional<Deadline> deadline{};
-    /// With pressures: the residual that is small enough in any case, N, but for at least half of
-    /// the right-hand side.
+    /// With pressures: a residual, N, that is small enough whatever the relative tolerance; at most
+    /// half of the right-hand side counts.
     double enough = 0;
 };
 
