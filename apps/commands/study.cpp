@@ -84,7 +84,7 @@ void print_summary(const StudyTable& table, const Study& study) {
             "are too "
             "large for it; `livetet solve` of one says which\n",
             counted(count, "solve"), beyond_model_output);
-    if (failed > 0) fmt::print("\n{} not converged:\n", failed);
+    if (failed > 0) fmt::print("\n{} not solved:\n", failed);
     for (std::size_t k = 0, printed = 0; k < table.failures.size() && printed < max_printed; ++k) {
         if (table.failures[k].empty()) continue;
         fmt::print("  solve {}: {}\n", k, table.failures[k]);

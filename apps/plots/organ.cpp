@@ -25,6 +25,7 @@
 
 #include "apps/plots/off_screen_window.hpp"
 #include "apps/plots/pictures.hpp"
+#include "apps/plots/zoom_to_fill.hpp"
 #include "base/error.hpp"
 #include "mesh/grid_surface.hpp"
 
@@ -195,30 +196,6 @@ vtkSmartPointer<vtkRenderer> add_renderer(vtkRenderWindow* window, double x0, do
     return renderer;
 }
 
-/// Zoom at which the body, at rest and deformed, fills the view below the title.
-double zoom_to_fill(vtkRenderer* renderer, const TetMesh& mesh,
-                    std::span<const Vector3> displacement) {
-    constexpr double width = 0.95, height = 0.8;
-    vtkCamera* camera = renderer->GetActiveCamera();
-    const Vector3 eye(camera->GetPosition()),
-        ahead = (Vector3(camera->GetFocalPoint()) - eye).normalized();
-    const Vector3 right = ahead.cross(Vector3(camera->GetViewUp())).normalized(),
-                  up = right.cross(ahead);
-    double widest = 0,
-           highest = 0;  // tangents of its viewing angles
-    for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
-        for (const Vector3& x :
-             {Vector3(1e3 * mesh.nodes[n]), Vector3(1e3 * (mesh.nodes[n] + displacement[n]))}) {
-            const Vector3 seen = x - eye;
-            const double depth = std::max(seen.dot(ahead), 1e-3);
-            widest = std::max(widest, std::abs(seen.dot(right)) / depth);
-            highest = std::max(highest, std::abs(seen.dot(up)) / depth);
-        }
-    const double half = std::tan(0.5 * std::numbers::pi / 180 * camera->GetViewAngle());
-    return std::min(width * half * renderer->GetTiledAspectRatio() / widest,
-                    height * half / highest);
-}
-
 }  // namespace
 
 void write_organ_picture(const std::filesystem::path& path, const TetMesh& mesh,
@@ -273,7 +250,11 @@ void write_organ_picture(const std::filesystem::path& path, const TetMesh& mesh,
     left->SetActiveCamera(camera);
     right->SetActiveCamera(camera);
     right->ResetCamera();
-    camera->Zoom(zoom_to_fill(right, mesh, displacement));
+    std::vector<Vector3> points;  // at rest and deformed
+    for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
+        for (const Vector3& x : {mesh.nodes[n], Vector3(mesh.nodes[n] + displacement[n])})
+            points.push_back(1e3 * x);
+    camera->Zoom(zoom_to_fill(right, points, 0.95, 0.8));  // below the title
     right->ResetCameraClippingRange();
     write_window(window, path);
 }

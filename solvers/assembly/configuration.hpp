@@ -28,7 +28,8 @@ struct ElementRotations {
 };
 
 /// State at which elements are evaluated: displacement u, pressure p (null in the displacement
-/// form), rotations taken at u (null: identity). Ghosts are up to date. Owns nothing.
+/// form, or where cells eliminate theirs), rotations taken at u (null: identity). Ghosts are up to
+/// date. Owns nothing.
 struct Configuration {
     Vec u = nullptr;
     Vec p = nullptr;

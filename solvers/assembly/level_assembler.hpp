@@ -10,6 +10,7 @@
 
 #include "base/thread_team.hpp"
 #include "mechanics/batch_law.hpp"
+#include "mechanics/hex_stiffness.hpp"
 #include "mechanics/mapped_hexahedron.hpp"
 #include "mechanics/material.hpp"
 #include "mechanics/rotation.hpp"
@@ -142,6 +143,8 @@ class LevelAssembler {
     ElementRotations make_rotations_of_cells() const;
     /// Of each hexahedron from its mean gradient, for a preconditioner.
     std::vector<Eigen::Matrix3d> cell_rotations(Vec u) const;
+    /// The derivative of each cell's mean(theta) by its corners' displacements, 1/m.
+    std::vector<CellDilation> cell_dilations(const Configuration& at) const;
     /// The same from rotations.single_u; levels in single precision only.
     void update_single_rotations(ElementRotations& rotations) const;
     /// The tets in single precision, of a level that has nothing else or a copy; else null.
@@ -190,8 +193,13 @@ class LevelAssembler {
     /// f += factor K v on hexahedra. Tangent::frozen_rotation: exact for models without rotations.
     void add_hexahedra_times(double factor, Tangent tangent, const Configuration& at,
                              std::span<const double> v, std::span<double> f) const;
-    /// Whether hexahedra eliminate their pressures.
+    /// Whether hexahedra eliminate their pressures: each cell's p = lambda mean(theta). Where the p
+    /// of a Configuration is given, of one number a cell, it is taken in place of that.
     bool has_mean_dilation() const { return has_mean_dilation_; }
+    PetscHandle<Vec> make_cell_vector() const;  ///< of such a level: one number a cell
+    /// On such a level, p = lambda mean(theta + d theta : grad v) of each cell, at the displacement
+    /// of `at`, Pa; v null: zero.
+    void find_cell_pressures(const Configuration& at, Vec v, Vec p) const;
     /// visit(n as a constant) for the nodes of an element of a level that batches can have.
     template <class Visitor>
     decltype(auto) with_batch_shape(Visitor&& visitor) const {
@@ -354,6 +362,8 @@ class LevelAssembler {
     template <class Shape, class Values>
     double mean_pressure(const Configuration& at, std::size_t e, const TetElement& element,
                          const Values& values) const;
+    CellDilation cell_dilation(const Configuration& at, std::size_t e, const TetElement& element,
+                               const CellDilation& values) const;
     /// work(mixed law, tets of a batch range) on all batches of a level in single precision.
     template <class Work>
     void over_mixed_batches(const ElementRotations& at, Work&& work,

@@ -32,14 +32,17 @@ Eigen::Matrix3d shear_product(const ConstitutiveModel& model, Tangent tangent, d
 void LevelAssembler::add_hexahedra_times(double factor, Tangent tangent, const Configuration& at,
                                          std::span<const double> v, std::span<double> f) const {
     const LocalValues displacement(at.u);
+    std::optional<ReadArray> pressures;
+    if (at.p) pressures.emplace(at.p);
     for (std::size_t e = 0; e < share_.hexahedra.size(); ++e) {
         const TetElement element = this->element(e);
         const ConstitutiveModel& model = *moduli(e).model;
         const Nodal<8> values = values_at<8>(e, displacement.data()),
                        direction = values_at<8>(e, v.data());
         const bool is_linear = model.kinematics() == Kinematics::small_strain;
-        const double of_cell =
-            has_mean_dilation_ && !is_linear ? mean_pressure<Hex>(at, e, element, values) : 0;
+        const double of_cell = !has_mean_dilation_ || is_linear ? 0
+                               : pressures                      ? (*pressures)[e]
+                                           : mean_pressure<Hex>(at, e, element, values);
         Eigen::Matrix3d N[Hex::points], dP[Hex::points];
         double dtheta[Hex::points], mean = 0;
         for (int point = 0; point < Hex::points; ++point) {
@@ -64,6 +67,51 @@ void LevelAssembler::add_hexahedra_times(double factor, Tangent tangent, const C
         for (int c = 0; c < 8; ++c)
             Eigen::Map<Eigen::Vector3d>(f.data() + 3 * share_.hexahedra[e][c]) += forces.col(c);
     }
+}
+
+PetscHandle<Vec> LevelAssembler::make_cell_vector() const {
+    PetscHandle<Vec> v;
+    LIVETET_PETSC(
+        VecCreateSeq(PETSC_COMM_SELF, static_cast<PetscInt>(share_.hexahedra.size()), v.out()));
+    return v;
+}
+
+void LevelAssembler::find_cell_pressures(const Configuration& at, Vec v, Vec p) const {
+    const LocalValues u(at.u);
+    std::optional<LocalValues> direction;
+    if (v) direction.emplace(v);
+    WriteArray to(p);
+    for (std::size_t e = 0; e < share_.hexahedra.size(); ++e) {
+        const TetElement element = this->element(e);
+        const Nodal<8> values = values_at<8>(e, u.data());
+        to[e] = mean_pressure<Hex>(at, e, element, values);
+        if (v)
+            to[e] += element.lambda * cell_dilation(at, e, element, values)
+                                          .cwiseProduct(values_at<8>(e, direction->data()))
+                                          .sum();
+    }
+}
+
+CellDilation LevelAssembler::cell_dilation(const Configuration& at, std::size_t e,
+                                           const TetElement& element,
+                                           const CellDilation& values) const {
+    CellDilation mean = CellDilation::Zero();
+    for (int point = 0; point < Hex::points; ++point) {
+        const auto g = Hex::gradients(element, point);
+        const Eigen::Matrix3d H = values * g.transpose();
+        const Eigen::Matrix3d R = rotation(at, e, point, Hex::points, H);
+        mean += moduli(e).model->volume_strain_gradient(H, R) * g / Hex::points;
+    }
+    return mean;
+}
+
+std::vector<CellDilation> LevelAssembler::cell_dilations(const Configuration& at) const {
+    const LocalValues u(at.u);
+    std::vector<CellDilation> dilations;
+    dilations.reserve(share_.hexahedra.size());
+    for (std::size_t e = 0; e < share_.hexahedra.size(); ++e)
+        dilations.push_back(cell_dilation(at, e, element(e), values_at<8>(e, u.data())));
+    return dilations;
 }
 
 // Matrices, since the positive part of a tangent takes far longer than a product, of which a step

@@ -24,7 +24,7 @@ template <class Visit>
 void LevelAssembler::visit_points(const Configuration& at, Visit&& visit) const {
     const LocalValues u(at.u);
     std::optional<LocalValues> pressures;
-    if (is_mixed()) pressures.emplace(at.p);
+    if (at.p && (is_mixed() || has_mean_dilation_)) pressures.emplace(at.p);
     with_shape([&](auto count) {
         constexpr int nodes = decltype(count)::value;
         using Shape = ElementShape<nodes>;
@@ -34,7 +34,9 @@ void LevelAssembler::visit_points(const Configuration& at, Visit&& visit) const 
             const Nodal<nodes> values = values_at<nodes>(e, u.data());
             double of_cell = 0;
             if constexpr (nodes == 8)
-                if (has_mean_dilation_) of_cell = mean_pressure<Shape>(at, e, element, values);
+                if (has_mean_dilation_)
+                    of_cell = pressures ? (*pressures).data()[e]
+                                        : mean_pressure<Shape>(at, e, element, values);
             for (int point = 0; point < Shape::points; ++point) {
                 const ElementPoint<nodes> of_point = element_point<nodes>(element, point);
                 const Eigen::Matrix3d H = values * of_point.gradients.transpose();

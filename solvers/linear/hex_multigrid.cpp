@@ -67,6 +67,9 @@ HexMultigrid::HexMultigrid(std::vector<HexLevel> levels, HexCells cells, int smo
         TetElement cell = cells_.frame;
         cell.lambda = lambda, cell.mu = mu;
         stiffness_.push_back(hooke_stiffness(cell, cells_.dilation));
+        volumetric_stiffness_.push_back(cell.volume * cell.lambda);
+        cell.lambda = 0;
+        shear_stiffness_.push_back(hooke_stiffness(cell, cells_.dilation));
     }
     for (HexLevel& grid : levels) {
         Level& level = levels_.emplace_back();
@@ -89,10 +92,12 @@ void HexMultigrid::set_constrained(std::span<const std::uint8_t> components) {
 }
 
 void HexMultigrid::update(double s, std::span<const double> diagonal,
-                          std::span<const Eigen::Matrix3d> rotations) {
+                          std::span<const Eigen::Matrix3d> rotations,
+                          std::span<const CellDilation> dilations) {
     s_ = s;
     diagonal_.assign(diagonal.begin(), diagonal.end());
     rotations_.assign(rotations.begin(), rotations.end());
+    dilations_.assign(dilations.begin(), dilations.end());
     find_uniform_cells();
     for (std::size_t l = 0; l < levels_.size(); ++l) {
         if (l > 0) form_coarse_level(l);
@@ -107,7 +112,7 @@ void HexMultigrid::update(double s, std::span<const double> diagonal,
 void HexMultigrid::find_uniform_cells() {
     Level& finest = levels_.front();
     finest.uniform.assign(finest.grid.cells.size(), -1);
-    if (!rotations_.empty()) return;
+    if (!rotations_.empty() || !dilations_.empty()) return;
     for (std::size_t e = 0; e < finest.grid.cells.size(); ++e) {
         bool is_uniform = cells_.shares[e] == 1;
         for (const std::int32_t n : finest.grid.cells[e])
@@ -121,12 +126,17 @@ HexMultigrid::Matrix24f HexMultigrid::element_matrix(std::size_t l, std::size_t 
     const Level& level = levels_[l];
     if (l > 0) return level.matrices[level.matrix[e]];
     const Hexahedron& cell = level.grid.cells[e];
-    Matrix24 K = (s_ * cells_.shares[e]) * stiffness_[cells_.material[e]];
+    Matrix24 K = (s_ * cells_.shares[e]) * reference_stiffness(e);
     if (!rotations_.empty()) {
         const Eigen::Matrix3d& R = rotations_[e];
         for (int c = 0; c < 8; ++c) K.middleRows<3>(3 * c) = (R * K.middleRows<3>(3 * c)).eval();
         for (int c = 0; c < 8; ++c)
             K.middleCols<3>(3 * c) = (K.middleCols<3>(3 * c) * R.transpose()).eval();
+    }
+    if (!dilations_.empty()) {
+        const Eigen::Map<const Vector24> b(dilations_[e].data());
+        K +=
+            (s_ * cells_.shares[e] * volumetric_stiffness_[cells_.material[e]]) * b * b.transpose();
     }
     for (int c = 0; c < 8; ++c) {
         const std::int32_t n = cell[c];
@@ -248,13 +258,17 @@ void HexMultigrid::apply_finest(const double* x, double* y) const {
     const Level& level = levels_.front();
     for (std::size_t e = 0; e < level.grid.cells.size(); ++e) {
         const Hexahedron& cell = level.grid.cells[e];
-        Corners values = gather(cell, x);
-        if (!rotations_.empty()) values = (rotations_[e].transpose() * values).eval();
-        Corners forces;
+        const Corners values = gather(cell, x);
+        Corners local = values, forces;
+        if (!rotations_.empty()) local = rotations_[e].transpose() * values;
         Eigen::Map<Vector24>(forces.data()).noalias() =
-            stiffness_[cells_.material[e]] * Eigen::Map<const Vector24>(values.data());
-        forces *= s_ * cells_.shares[e];
+            reference_stiffness(e) * Eigen::Map<const Vector24>(local.data());
         if (!rotations_.empty()) forces = (rotations_[e] * forces).eval();
+        if (!dilations_.empty())
+            forces += (volumetric_stiffness_[cells_.material[e]] *
+                       dilations_[e].cwiseProduct(values).sum()) *
+                      dilations_[e];
+        forces *= s_ * cells_.shares[e];
         scatter(cell, forces, y);
     }
     for (std::size_t n = 0; n < diagonal_.size(); ++n)
@@ -401,7 +415,7 @@ void HexMultigrid::cycle(std::span<const double> r, std::span<double> z) {
 }
 
 double HexMultigrid::bytes() const {
-    double sum = 0;
+    auto sum = static_cast<double>(dilations_.size() * sizeof(CellDilation));
     for (const Level& level : levels_)
         sum += static_cast<double>(level.matrices.size() * sizeof(Matrix24f)) +
                static_cast<double>(level.grid.cells.size() *

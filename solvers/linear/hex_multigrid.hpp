@@ -23,9 +23,10 @@ struct HexCells {
 ///
 ///     A = s sum_e w_e R_e K R_e^T + D,
 ///
-/// with one reference stiffness K a material (nothing of the finest level is stored), the share w_e
-/// and the rotation R_e of each cell, and a diagonal D of mass and springs. Rows and columns of
-/// constrained components are zero.
+/// with one reference stiffness K a material, the share w_e and the rotation R_e of each cell, and
+/// a diagonal D of mass and springs. Rows and columns of constrained components are zero. Where the
+/// cells' dilations b_e are given, K is that of shear alone, and V lambda b_e b_e^T is added to
+/// R_e K R_e^T: the dilation of a cell that is only turned is off by the strain, times lambda.
 ///
 /// Coarse operators are Galerkin products, cell by cell: K_C = sum over the cells c of C of P_c^T
 /// K_c P_c, with P_c the trilinear values of C's corner functions at c's corners, and constrained
@@ -46,8 +47,10 @@ class HexMultigrid {
     /// Of each node: bit 0: x, 1: y, 2: z.
     void set_constrained(std::span<const std::uint8_t> components);
     /// `diagonal`: of each node, N/m; empty: zero. `rotations`: of each cell; empty: the identity.
+    /// `dilations`: the b_e, or empty.
     void update(double s, std::span<const double> diagonal,
-                std::span<const Eigen::Matrix3d> rotations);
+                std::span<const Eigen::Matrix3d> rotations,
+                std::span<const CellDilation> dilations = {});
     /// y = A x, on three components a node.
     void multiply(std::span<const double> x, std::span<double> y) const;
     /// z = an approximation of A^-1 r; zero where constrained.
@@ -79,6 +82,9 @@ class HexMultigrid {
 
     /// Element matrix of a cell with its part of D, without constrained rows and columns.
     Matrix24f element_matrix(std::size_t level, std::size_t cell) const;
+    const Matrix24& reference_stiffness(std::size_t cell) const {
+        return (dilations_.empty() ? stiffness_ : shear_stiffness_)[cells_.material[cell]];
+    }
     void find_uniform_cells();
     void form_coarse_level(std::size_t level);
     void invert_diagonal(std::size_t level);
@@ -92,12 +98,15 @@ class HexMultigrid {
     void cycle_from(std::size_t level);
 
     HexCells cells_;
-    std::vector<Matrix24> stiffness_;  ///< of each material's full cell
+    // Of each material's full cell: K, K at lambda = 0, and V lambda, J.
+    std::vector<Matrix24> stiffness_, shear_stiffness_;
+    std::vector<double> volumetric_stiffness_;
     int smoothing_steps_, coarse_smoothing_steps_;
     std::vector<Level> levels_;
     double s_ = 1;
     std::vector<double> diagonal_, cells_at_node_;
     std::vector<Eigen::Matrix3d> rotations_;
+    std::vector<CellDilation> dilations_;
     bool bounds_known_ = false;
     Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> coarsest_;
 };

@@ -78,9 +78,11 @@ RenewalExtent HexSolver::renew(const Configuration& at, const OperatorTerms& ter
             diagonal_[n] =
                 (terms.mass != 0 ? terms.mass * mass[n] : 0) + (springs.empty() ? 0 : springs[n]);
     }
-    multigrid_->update(
-        terms.whole_stiffness(), diagonal_,
-        fine().is_linear() ? std::vector<Eigen::Matrix3d>{} : fine().cell_rotations(at.u));
+    std::vector<Eigen::Matrix3d> rotations;
+    std::vector<CellDilation> dilations;
+    if (!fine().is_linear()) rotations = fine().cell_rotations(at.u);
+    if (!fine().is_linear() && fine().has_mean_dilation()) dilations = fine().cell_dilations(at);
+    multigrid_->update(terms.whole_stiffness(), diagonal_, rotations, dilations);
     return RenewalExtent::whole;
 }
 

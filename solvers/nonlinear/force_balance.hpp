@@ -44,7 +44,11 @@ class ForceBalance {
     /// Ghosts of the state, and the rotations at its displacement.
     void update_rotations();
     /// Where the body is; update_rotations() was called at this u.
-    Configuration configuration() const { return {state_.u.get(), state_.p.get(), &rotations_}; }
+    Configuration configuration() const {
+        return {state_.u.get(), state_.p ? state_.p.get() : cell_pressures_, &rotations_};
+    }
+    /// Pressures of cells that configuration() has in place of eliminated ones; null: none.
+    void take_cell_pressures(Vec p) { cell_pressures_ = p; }
 
     /// Residuals at u; returns their norm and renews scale().
     double evaluate() { return evaluate(ForcesAt::present, nullptr); }
@@ -125,6 +129,7 @@ class ForceBalance {
     DampingAt damping_at_ = DampingAt::present;
     PetscHandle<Vec> at_;      ///< where forces are taken with frozen rotations, m
     PetscHandle<Vec> volume_;  ///< mixed form: g
+    Vec cell_pressures_ = nullptr;
     double elastic_along_ = 0;
     double scale_ = 0, start_scale_ = 0;
     double external_size_ = 0;

@@ -56,6 +56,10 @@ class Along {
     Vec& place_;
 };
 
+/// Newton iterations that a grid's pressures are given (see CellPressures). Where they serve, five
+/// to nine are enough.
+constexpr int max_pressure_iterations = 15;
+
 NewtonDirection direction_of(Tangent tangent) {
     return tangent == Tangent::positive ? NewtonDirection::positive
            : tangent == Tangent::exact  ? NewtonDirection::exact
@@ -85,12 +89,15 @@ NewtonSolver::NewtonSolver(ForceBalance& balance, TimeIntegrator& time,
       prescribed_(prescribed),
       solver_(solver),
       state_(state),
-      options_(options) {}
+      options_(options),
+      pressures_(balance) {}
 
 void NewtonSolver::make_snes(MPI_Comm comm) {
     x_ = make_unknown(solver_);
     f_ = make_unknown(solver_);
     LIVETET_PETSC(SNESCreate(comm, snes_.out()));
+    du_ = solver_.fine().make_vector();
+    if (state_.p) dp_ = solver_.fine().make_pressure_vector();
     SNES snes = snes_.get();
     LIVETET_PETSC(SNESSetKSP(snes, solver_.krylov({})));
     const auto function = [](SNES, Vec x, Vec f, void* self) noexcept -> PetscErrorCode {
@@ -166,19 +173,20 @@ void NewtonSolver::make_line_search() {
 StepReport NewtonSolver::solve(const SolveControls& controls) {
     if (!snes_) make_snes(solver_.fine().share().comm);
     controls_ = controls;
-    positive_steps_ = 0;
     old_tangents_ = controls.old_tangents;
     report_ = {};
     progress_ = {};
     Stopwatch watch;
     const double imbalance = balance_.evaluate();
     balance_.keep_scale();
+    begin_pressures();
     report_.forces_s += watch.lap();
-    const bool is_linear = solver_.fine().is_linear();
     if (!goes_on()) solver_.forget_solves();
-    const bool predicts =
-        prescribed_.increment_size() != 0 || (is_linear && imbalance > balance_.negligible());
-    if (!predicts || predict()) solve_by_snes();
+    iterate(imbalance);
+    if (pressures_.are_used() && !report_.converged && !is_time_up()) {
+        controls_.linear_tolerance = controls.linear_tolerance;
+        iterate(eliminate_pressures());
+    }
     if (balance_.scale() > 0)
         report_.allowed_imbalance = balance_.allowed(controls_.tolerance) / balance_.scale();
     if (const char* fault = balance_.state_fault()) report_.drop(fault);
@@ -186,22 +194,42 @@ StepReport NewtonSolver::solve(const SolveControls& controls) {
     return report_;
 }
 
+void NewtonSolver::begin_pressures() {
+    iterations_before_ = 0;
+    pressures_.begin();
+    if (!pressures_.are_used()) return;
+    // An error of du makes one of lambda d theta : du in the pressures.
+    constexpr double max_linear_tolerance = 1e-5;
+    controls_.linear_tolerance = std::min(controls_.linear_tolerance, max_linear_tolerance);
+    if (!start_) start_ = solver_.fine().make_vector();
+    LIVETET_PETSC(VecCopy(state_.u.get(), start_.get()));
+}
+
+double NewtonSolver::eliminate_pressures() {
+    pressures_.end();
+    iterations_before_ = report_.newton_iterations;
+    LIVETET_PETSC(VecCopy(start_.get(), state_.u.get()));
+    balance_.update_rotations();
+    return balance_.evaluate();
+}
+
+void NewtonSolver::iterate(double imbalance) {
+    positive_steps_ = 0;
+    const bool predicts = prescribed_.increment_size() != 0 ||
+                          (solver_.fine().is_linear() && imbalance > balance_.negligible());
+    if (!predicts || predict()) solve_by_snes();
+}
+
 bool NewtonSolver::predict() {
     const bool moves = prescribed_.increment_size() != 0;
-    if (!du_) {
-        du_ = solver_.fine().make_vector();
-        if (state_.p) dp_ = solver_.fine().make_pressure_vector();
-    }
     Stopwatch watch;
     const double imbalance = moves ? balance_.subtract_prescribed() : balance_.residual_norm();
     report_.forces_s += watch.lap();
     const LinearControls controls{controls_.linear_tolerance, options_.max_iterations, {}};
     const LinearStart start = goes_on() ? LinearStart::earlier_solves : LinearStart::zero;
     for (tangent_ = next_tangent();;) {
-        balance_.assemble(tangent_);
-        report_.operator_s += watch.lap();
-        solver_.set_up_preconditioner();
-        report_.preconditioner_s += watch.lap();
+        assemble_operator();
+        (void)watch.lap();
         const LinearReport linear = solver_.solve(balance_.residual(), balance_.volume_residual(),
                                                   du_.get(), dp_.get(), controls, start);
         report_.solve_s += watch.lap();
@@ -214,9 +242,10 @@ bool NewtonSolver::predict() {
     }
     ++report_.newton_iterations;
     if (goes_on()) solver_.keep_solve(du_.get());
+    if (moves) prescribed_.add_increment(du_.get());
+    if (pressures_.are_used()) pressures_.step(du_.get());
     LIVETET_PETSC(VecAXPY(state_.u.get(), 1, du_.get()));
     if (state_.p) LIVETET_PETSC(VecAXPY(state_.p.get(), 1, dp_.get()));
-    if (moves) prescribed_.add_increment(state_.u.get());
     report_.finish_s += watch.lap();
     return !balance_.state_fault();
 }
@@ -227,7 +256,9 @@ void NewtonSolver::set_tolerances() {
     PetscInt evaluations = 0;
     LIVETET_PETSC(
         SNESGetTolerances(snes_.get(), &absolute, &relative, &step, nullptr, &evaluations));
-    const int left = std::max(0, controls_.max_newton - report_.newton_iterations);
+    const int most = pressures_.are_used() ? std::min(max_pressure_iterations, controls_.max_newton)
+                                           : controls_.max_newton;
+    const int left = std::max(0, most - (report_.newton_iterations - iterations_before_));
     LIVETET_PETSC(SNESSetTolerances(snes_.get(), absolute, relative, step, left, evaluations));
 }
 
@@ -303,14 +334,20 @@ void NewtonSolver::evaluate(Vec x, Vec f) {
 }
 
 void NewtonSolver::assemble(Vec x) {
-    Stopwatch watch;
     copy_to_state(x);  // PETSc's line searches may have evaluated another state last
     if (old_tangents_ > 0) {
         --old_tangents_;
         return;
     }
     tangent_ = next_tangent();
+    assemble_operator();
+}
+
+void NewtonSolver::assemble_operator() {
+    Stopwatch watch;
+    balance_.take_cell_pressures(pressures_.get());
     balance_.assemble(tangent_);
+    balance_.take_cell_pressures(nullptr);
     report_.operator_s += watch.lap();
     solver_.set_up_preconditioner();
     report_.preconditioner_s += watch.lap();
@@ -322,7 +359,7 @@ SNESConvergedReason NewtonSolver::test(int iteration, double /*x_norm*/, double 
     progress_.imbalance = balance_.scale() > 0 ? residual / balance_.scale() : 0;
     if (!std::isfinite(residual) || balance_.state_fault()) return SNES_DIVERGED_FNORM_NAN;
     if (residual <= balance_.allowed(controls_.tolerance)) return SNES_CONVERGED_FNORM_ABS;
-    if (controls_.is_time_up && controls_.is_time_up()) return SNES_DIVERGED_MAX_IT;
+    if (is_time_up()) return SNES_DIVERGED_MAX_IT;
     (void)solver_.krylov({linear_tolerance(residual), options_.max_iterations, {}});
     return SNES_CONVERGED_ITERATING;
 }
@@ -366,14 +403,10 @@ bool NewtonSolver::mend_direction(Vec f, Vec direction) {
 void NewtonSolver::take_positive_direction(Vec f, Vec direction) {
     KSP ksp = nullptr;
     LIVETET_PETSC(SNESGetKSP(snes_.get(), &ksp));
-    Stopwatch watch;
     tangent_ = Tangent::positive;
     progress_.direction = NewtonDirection::positive;
     positive_steps_ = 2;
-    balance_.assemble(tangent_);
-    report_.operator_s += watch.lap();
-    solver_.set_up_preconditioner();
-    report_.preconditioner_s += watch.lap();
+    assemble_operator();
     LIVETET_PETSC(KSPSolve(ksp, f, direction));
     PetscInt iterations = 0;
     LIVETET_PETSC(KSPGetIterationNumber(ksp, &iterations));
@@ -391,7 +424,7 @@ void NewtonSolver::go_to(const Line& line, double length) {
     LIVETET_PETSC(SNESComputeFunction(line.snes, line.x_trial, line.f_trial));
 }
 
-double NewtonSolver::search_by_slope(const Line& line, double slope_before) {
+std::optional<double> NewtonSolver::search_by_slope(const Line& line, double slope_before) {
     const double norm_before = norm_of(line.f);
     double length = 1;
     for (int trial = 1; trial < max_line_search_trials; ++trial) {
@@ -400,6 +433,25 @@ double NewtonSolver::search_by_slope(const Line& line, double slope_before) {
         if (!next) break;
         go_to(line, length = *next);
     }
+    return length;
+}
+
+double NewtonSolver::search_by_pressures(const Line& line) {
+    LIVETET_PETSC(VecAXPBY(du_.get(), -1, 0, line.y));
+    copy_to_state(line.x);
+    const auto before = pressures_.aim(du_.get());
+    double length = 1;
+    for (int trial = 1;; ++trial) {
+        LIVETET_PETSC(VecWAXPY(line.x_trial, -length, line.y, line.x));
+        copy_to_state(line.x_trial);
+        const auto after = pressures_.at(length);
+        if (trial == max_line_search_trials) break;
+        const auto next = next_length(before.slope, after.slope, before.norm, after.norm, length);
+        if (!next) break;
+        length = *next;
+    }
+    pressures_.take(length);
+    go_to(line, length);  // the balance's scale is to be that of eliminated pressures
     return length;
 }
 
@@ -427,6 +479,19 @@ std::optional<double> NewtonSolver::search_by_energy(const Line& line, double sl
     return best ? std::optional(best->length) : std::nullopt;
 }
 
+std::optional<double> NewtonSolver::find_length(const Line& line) {
+    if (pressures_.are_used()) return search_by_pressures(line);
+    for (;;) {
+        const double before = slope(line.f, line.y);
+        go_to(line, 1);
+        if (norm_of(line.f_trial) <= 0.5 * norm_of(line.f)) return 1;
+        const auto length = state_.p || !(before > 0) ? search_by_slope(line, before)
+                                                      : search_by_energy(line, before);
+        if (length || tangent_ != Tangent::exact) return length;
+        take_positive_direction(line.f, line.y);
+    }
+}
+
 // By hand: of the 160 cells of `bench stability --cells 2 --fine-cells 2` that are stepped as
 // solve with neo-Hookean models, 9 fail with this search, with SNES's l2 10, bt 11, cp 13. Where
 // no search is needed, as in presses of an organ, all take the same iterations.
@@ -437,19 +502,7 @@ void NewtonSolver::search_line(SNESLineSearch search) {
     LIVETET_PETSC(
         SNESLineSearchGetVecs(search, &line.x, &line.f, &line.y, &line.x_trial, &line.f_trial));
     LIVETET_PETSC(SNESLineSearchPreCheck(search, line.x, line.y, &changed));
-    std::optional<double> length;
-    for (;;) {
-        const double before = slope(line.f, line.y);
-        go_to(line, 1);
-        if (norm_of(line.f_trial) <= 0.5 * norm_of(line.f))
-            length = 1;
-        else if (state_.p || !(before > 0))
-            length = search_by_slope(line, before);
-        else
-            length = search_by_energy(line, before);
-        if (length || tangent_ != Tangent::exact) break;
-        take_positive_direction(line.f, line.y);
-    }
+    const std::optional<double> length = find_length(line);
     if (!length) {
         LIVETET_PETSC(SNESLineSearchSetReason(search, SNES_LINESEARCH_FAILED_REDUCT));
         return;

@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 
+#include "solvers/nonlinear/cell_pressures.hpp"
 #include "solvers/nonlinear/force_balance.hpp"
 #include "solvers/nonlinear/step_report.hpp"
 
@@ -29,9 +30,10 @@ struct NewtonProgress {
 };
 
 /// When a nonlinear solve ends: at a residual of `tolerance` relative to the forces at work, or
-/// after `max_newton` iterations; each linear solve at `linear_tolerance`. Of PETSc's options
-/// -snes_max_it and -ksp_rtol replace the last two; -snes_rtol, -snes_atol and -snes_stol can end a
-/// solve before `tolerance` is met.
+/// after `max_newton` iterations (and on grids with pressures up to 15 before those); each linear
+/// solve at `linear_tolerance`, or 1e-5 with such pressures. Of PETSc's options -snes_max_it and
+/// -ksp_rtol replace the last two; -snes_rtol, -snes_atol and -snes_stol can end a solve before
+/// `tolerance` is met.
 struct SolveControls {
     int max_newton = 50;
     double tolerance = 1e-8;
@@ -71,6 +73,9 @@ struct SolveControls {
 ///   affine in u, so that the trapezoidal rule integrates them exactly). In the mixed form, which
 ///   has a saddle point in place of a minimum, the slope of the monotone operator (dL/du, -dL/dp)
 ///   decides; see next_length.
+/// - Grids of hexahedra in the mixed form have CellPressures, and the line search of a mixed form.
+///   Where that does not converge within 15 iterations, as from a crumpled start, the solve begins
+///   anew with pressures eliminated.
 class NewtonSolver {
   public:
     /// All must outlive this.
@@ -89,8 +94,16 @@ class NewtonSolver {
     /// Whether a step's first solve starts from those of steps before: load steps of a static body
     /// may differ in direction.
     bool goes_on() const { return time_.is_dynamic() || solver_.fine().is_linear(); }
+    /// For a body that pressures_ can serve: begins their use, and keeps the state.
+    void begin_pressures();
+    /// Goes back to the state that was kept, with pressures eliminated from there on; returns its
+    /// imbalance, N.
+    double eliminate_pressures();
+    /// Newton iterations from the state as it is, whose imbalance, N, this is.
+    void iterate(double imbalance);
     /// The first iteration; whether it left a finite state.
     bool predict();
+    bool is_time_up() const { return controls_.is_time_up && controls_.is_time_up(); }
     void set_tolerances();
     /// Of the linear solve at an imbalance of `residual`, N.
     double linear_tolerance(double residual) const;
@@ -111,7 +124,12 @@ class NewtonSolver {
     /// The length to take, where the trial state then is; nothing if none will do. Both begin with
     /// the trial state at length 1.
     std::optional<double> search_by_energy(const Line& line, double slope);
-    double search_by_slope(const Line& line, double slope);
+    std::optional<double> search_by_slope(const Line& line, double slope);
+    /// The length by pressures_, where the trial state then is.
+    double search_by_pressures(const Line& line);
+    std::optional<double> find_length(const Line& line);  ///< by one of these
+    /// The operator and its preconditioner at the state.
+    void assemble_operator();
     /// Whether a linear solve with the right-hand side f met the tolerance that was asked for, if
     /// not the tighter one that it was given, when its iterations ended.
     bool is_as_asked(KSP ksp, KSPConvergedReason reason, Vec f) const;
@@ -132,12 +150,15 @@ class NewtonSolver {
     double first_residual_ = 0;  ///< N, of the linear solve under way
     PetscHandle<SNES> snes_;
     PetscHandle<Vec> x_, f_, du_, dp_;
+    PetscHandle<Vec> start_;       ///< the displacement that pressures_ began at
     bool has_user_tests_ = false;  ///< -snes_rtol, -snes_atol or -snes_stol is given
     bool has_user_limit_ = false;  ///< -snes_max_it is given
     Tangent tangent_ = Tangent::exact;
-    int positive_steps_ = 0;  ///< iterations to come that take the positive tangent
-    int old_tangents_ = 0;    ///< and that keep the tangent as it is
-    Vec along_ = nullptr;     ///< where a line is searched: its direction, for evaluate()
+    int positive_steps_ = 0;     ///< iterations to come that take the positive tangent
+    int iterations_before_ = 0;  ///< of the solve under way, until pressures were eliminated
+    int old_tangents_ = 0;       ///< and that keep the tangent as it is
+    CellPressures pressures_;    ///< of grids
+    Vec along_ = nullptr;        ///< where a line is searched: its direction, for evaluate()
 };
 
 }  // namespace livetet

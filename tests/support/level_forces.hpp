@@ -34,10 +34,12 @@ class LevelForces {
           f_(make_vector(level.share())),
           rotations_(level.make_rotations()) {}
 
-    /// N, at each node of the mesh.
-    std::vector<Vector3> force(double step) {
+    /// N, at each node of the mesh; by the pressures p of cells where they are given.
+    std::vector<Vector3> force(double step, Vec p = nullptr) {
         move(step);
-        level_.elastic_force(configuration(), f_.get());
+        Configuration at = configuration();
+        at.p = p;
+        level_.elastic_force(at, f_.get());
         return gather(level_.share(), f_.get());
     }
     double energy(double step) {  ///< J

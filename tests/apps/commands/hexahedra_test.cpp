@@ -257,6 +257,37 @@ TEST(Hexahedra, OtherCommandsRefuseThemInOneLine) {
     EXPECT_FALSE(std::filesystem::exists(folder / "o.h5"));
 }
 
+TEST(Hexahedra, GalerkinOperatorsAreRefused) {
+    const Folder folder;
+    write_bar(folder / "bar.nii.gz");
+    ASSERT_EQ(livetet(folder, "mesh bar.nii.gz --cells hexahedra --tets 400 -o bar.h5").status, 0);
+    write_text(folder / "scene.yaml", fmt::format(fmt::runtime(pulled), "linear"));
+    ASSERT_EQ(livetet(folder, "solve scene.yaml").status, 0);
+    std::string scene = text_of(folder / "scene.yaml");
+    scene.replace(scene.find("solver: {"), 9, "solver: {coarse: galerkin, ");
+    write_text(folder / "scene.yaml", scene);
+    test::expect_refused(livetet(folder, "solve scene.yaml"), {"solver.coarse", "galerkin"});
+}
+
+/// A study over a grid that its scene makes from the image.
+TEST(Hexahedra, AStudyMakesItsGridFromTheImage) {
+    const Folder folder;
+    write_bar(folder / "bar.nii.gz");
+    std::string scene = fmt::format(fmt::runtime(pulled), "linear");
+    scene.replace(scene.find("{file: bar.h5}"), 14,
+                  "{file: bar.nii.gz, cells: hexahedra, tets: 400}");
+    write_text(folder / "scene.yaml", scene);
+    write_text(
+        folder / "study.yaml",
+        "scene: scene.yaml\nvary: [{key: \"materials[0].young_Pa\", values: [5000, 10000]}]\n"
+        "plots: []\n");
+    const auto run = livetet(folder, "study study.yaml");
+    ASSERT_EQ(run.status, 0) << run.err;
+    const hdf5::File file = hdf5::File::open(folder / "study.h5");
+    EXPECT_TRUE(file.has("meshes/0/hexahedra"));
+    EXPECT_NE(run.out.find("2, 2 converged"), std::string::npos) << run.out;
+}
+
 /// Nearly incompressible, at rest beside a sensor whose pose differs by rounding alone: frames end
 /// once what is left is rounding, too, and all count as converged.
 TEST(Hexahedra, ARestingGridWithPressuresIsFollowed) {
