@@ -214,7 +214,7 @@ int main(int argc, char** argv) {
     app.footer(
         "Help of a command: livetet COMMAND --help. Exit status: 0 success, 1 a benchmark missed a "
         "target, 2 bad input, 3 not converged or a replay that differs, 4 some of a study not "
-        "converged, 70 internal error; "
+        "solved, 70 internal error; "
         "128 plus the signal's number if a signal ended it.");
     app.formatter(help_formatter());
     ExitStatus status;

@@ -19,8 +19,6 @@
 #include <Eigen/Dense>
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 #include <string>
 
 #include "apps/plots/off_screen_window.hpp"

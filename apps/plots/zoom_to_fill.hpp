@@ -8,8 +8,8 @@ class vtkRenderer;
 
 namespace livetet {
 
-/// The factor of vtkCamera::Zoom at which `points`, mm, reach to `width` and `height` of the
-/// renderer's view, 1 being its border.
+/// The largest factor of vtkCamera::Zoom at which all points, mm, stay within these fractions of
+/// the view's width and height.
 double zoom_to_fill(vtkRenderer* renderer, std::span<const Vector3> points, double width,
                     double height);
 

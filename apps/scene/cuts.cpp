@@ -331,7 +331,10 @@ MeshHierarchy with_cuts(const Scene& scene, MeshHierarchy hierarchy) {
 std::vector<std::int32_t> resting_nodes(const Scene& scene, const TetMesh& mesh) {
     if (scene.cuts.empty() || scene.time.is_dynamic() || scene.free_pieces != FreePieces::keep)
         return {};
-    return nodes_of_pieces(free_pieces(mesh, held_components(scene, mesh)), mesh);
+    const std::vector<std::uint8_t> held = held_components(scene, mesh);
+    if (std::ranges::all_of(held, [](std::uint8_t bits) { return bits == 0; }))
+        return {};  // not pieces of a body that is held: it is refused
+    return nodes_of_pieces(free_pieces(mesh, held), mesh);
 }
 
 std::string cuts_text(const Scene& scene, const TetMesh& mesh) {

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "apps/plots/off_screen_window.hpp"
 #include "apps/plots/zoom_to_fill.hpp"
@@ -230,13 +231,13 @@ void ViewWindow::reset() {
                               box.max().y(), box.min().z(), box.max().z()};
     organ_renderer_->GetActiveCamera()->SetViewAngle(30);
     organ_renderer_->ResetCamera(bounds);
-    // With room to move in, for long bodies too.
+    // Leaves a margin; long bodies fit as well.
     std::vector<Vector3> corners;
     for (int corner = 0; corner < 8; ++corner)
         corners.push_back(box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)));
-    constexpr double most = 1.1, extent = 0.85;
+    constexpr double max_zoom = 1.1, extent = 0.85;
     organ_renderer_->GetActiveCamera()->Zoom(
-        std::min(most, zoom_to_fill(organ_renderer_, corners, extent, extent)));
+        std::min(max_zoom, zoom_to_fill(organ_renderer_, corners, extent, extent)));
     if (slices_) slices_->fit();
     changed_ = true;
 }

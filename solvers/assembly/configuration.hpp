@@ -27,9 +27,9 @@ struct ElementRotations {
     }
 };
 
-/// State at which elements are evaluated: displacement u, pressure p (null in the displacement
-/// form, or where cells eliminate theirs), rotations taken at u (null: identity). Ghosts are up to
-/// date. Owns nothing.
+/// State at which elements are evaluated: displacement u; pressure p, null in the displacement
+/// form, and where cells eliminate theirs null, or one number a cell to take in their place;
+/// rotations taken at u (null: identity). Ghosts are up to date. Owns nothing.
 struct Configuration {
     Vec u = nullptr;
     Vec p = nullptr;

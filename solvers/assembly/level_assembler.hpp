@@ -143,9 +143,7 @@ class LevelAssembler {
     ElementRotations make_rotations_of_cells() const;
     /// Of each hexahedron from its mean gradient, for a preconditioner.
     std::vector<Eigen::Matrix3d> cell_rotations(Vec u) const;
-    /// The derivative of each cell's mean(theta) by its corners' displacements, 1/m.
-    std::vector<CellDilation> cell_dilations(const Configuration& at) const;
-    /// The same from rotations.single_u; levels in single precision only.
+    /// The rotations from rotations.single_u; levels in single precision only.
     void update_single_rotations(ElementRotations& rotations) const;
     /// The tets in single precision, of a level that has nothing else or a copy; else null.
     const SinglePrecisionBatches* single() const { return single_ ? single_.get() : copy_.get(); }
@@ -200,6 +198,8 @@ class LevelAssembler {
     /// On such a level, p = lambda mean(theta + d theta : grad v) of each cell, at the displacement
     /// of `at`, Pa; v null: zero.
     void find_cell_pressures(const Configuration& at, Vec v, Vec p) const;
+    /// The derivative of each cell's mean(theta) by its corners' displacements, 1/m.
+    std::vector<CellDilation> cell_dilations(const Configuration& at) const;
     /// visit(n as a constant) for the nodes of an element of a level that batches can have.
     template <class Visitor>
     decltype(auto) with_batch_shape(Visitor&& visitor) const {
@@ -363,7 +363,7 @@ class LevelAssembler {
     double mean_pressure(const Configuration& at, std::size_t e, const TetElement& element,
                          const Values& values) const;
     CellDilation cell_dilation(const Configuration& at, std::size_t e, const TetElement& element,
-                               const CellDilation& values) const;
+                               const Nodal<8>& values) const;
     /// work(mixed law, tets of a batch range) on all batches of a level in single precision.
     template <class Work>
     void over_mixed_batches(const ElementRotations& at, Work&& work,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "solvers/assembly/grid_damping.hpp"
 #include "solvers/assembly/level_assembler_points.hpp"
 
 namespace livetet {
@@ -33,7 +34,7 @@ void LevelAssembler::add_hexahedra_times(double factor, Tangent tangent, const C
                                          std::span<const double> v, std::span<double> f) const {
     const LocalValues displacement(at.u);
     std::optional<ReadArray> pressures;
-    if (at.p) pressures.emplace(at.p);
+    if (has_mean_dilation_ && at.p) pressures.emplace(at.p);
     for (std::size_t e = 0; e < share_.hexahedra.size(); ++e) {
         const TetElement element = this->element(e);
         const ConstitutiveModel& model = *moduli(e).model;
@@ -94,7 +95,7 @@ void LevelAssembler::find_cell_pressures(const Configuration& at, Vec v, Vec p) 
 
 CellDilation LevelAssembler::cell_dilation(const Configuration& at, std::size_t e,
                                            const TetElement& element,
-                                           const CellDilation& values) const {
+                                           const Nodal<8>& values) const {
     CellDilation mean = CellDilation::Zero();
     for (int point = 0; point < Hex::points; ++point) {
         const auto g = Hex::gradients(element, point);
@@ -118,27 +119,25 @@ std::vector<CellDilation> LevelAssembler::cell_dilations(const Configuration& at
 // makes many.
 void LevelAssembler::keep_grid_damping(const Configuration& at) {
     damping_of_cells_.resize(share_.hexahedra.size());
+    const auto dilations = has_mean_dilation_ ? cell_dilations(at) : std::vector<CellDilation>{};
     ElementMatrix<8> K;
-    Nodal<8> dilation;  // mean derivative of the volume strain
-    visit_points(
-        at, [&]<int nodes>(const ConstitutiveModel& model, std::size_t e, const TetElement& element,
-                           int number, const ElementPoint<nodes>& point, const Eigen::Matrix3d& H,
-                           const Eigen::Matrix3d& R, double p) {
-            if constexpr (nodes == 8) {
-                if (number == 0) {
-                    K.setZero();
-                    dilation.setZero();
-                }
-                add_stiffness_of_point(model, Tangent::frozen_rotation, point.weight, element.mu,
-                                       has_mean_dilation_ ? 0 : element.lambda, p, H, R,
-                                       point.gradients, K);
-                dilation += model.volume_strain_gradient(H, R) * point.gradients / Hex::points;
-                if (number + 1 < Hex::points) return;
-                const Eigen::Map<const Eigen::Vector<double, 24>> d(dilation.data());
-                if (has_mean_dilation_) K += element.lambda * element.volume * d * d.transpose();
-                damping_of_cells_[e] = K.cast<float>();
+    visit_points(at, [&]<int nodes>(const ConstitutiveModel& model, std::size_t e,
+                                    const TetElement& element, int number,
+                                    const ElementPoint<nodes>& point, const Eigen::Matrix3d& H,
+                                    const Eigen::Matrix3d& R, double p) {
+        if constexpr (nodes == 8) {
+            if (number == 0) K.setZero();
+            add_stiffness_of_point(model, Tangent::frozen_rotation, point.weight, element.mu,
+                                   has_mean_dilation_ ? 0 : element.lambda, p, H, R,
+                                   point.gradients, K);
+            if (number + 1 < Hex::points) return;
+            if (has_mean_dilation_) {
+                const Eigen::Map<const Eigen::Vector<double, 24>> d(dilations[e].data());
+                K += element.volume * damped_lambda(element.lambda, element.mu) * d * d.transpose();
             }
-        });
+            damping_of_cells_[e] = K.cast<float>();
+        }
+    });
 }
 
 // The matrices are rounded to single precision, the product is not: a force that is linear in the

@@ -24,7 +24,7 @@ template <class Visit>
 void LevelAssembler::visit_points(const Configuration& at, Visit&& visit) const {
     const LocalValues u(at.u);
     std::optional<LocalValues> pressures;
-    if (at.p && (is_mixed() || has_mean_dilation_)) pressures.emplace(at.p);
+    if (is_mixed() || (has_mean_dilation_ && at.p)) pressures.emplace(at.p);
     with_shape([&](auto count) {
         constexpr int nodes = decltype(count)::value;
         using Shape = ElementShape<nodes>;

@@ -112,7 +112,7 @@ void HexMultigrid::update(double s, std::span<const double> diagonal,
 void HexMultigrid::find_uniform_cells() {
     Level& finest = levels_.front();
     finest.uniform.assign(finest.grid.cells.size(), -1);
-    if (!rotations_.empty() || !dilations_.empty()) return;
+    if (!rotations_.empty()) return;
     for (std::size_t e = 0; e < finest.grid.cells.size(); ++e) {
         bool is_uniform = cells_.shares[e] == 1;
         for (const std::int32_t n : finest.grid.cells[e])

@@ -26,7 +26,8 @@ struct HexCells {
 /// with one reference stiffness K a material, the share w_e and the rotation R_e of each cell, and
 /// a diagonal D of mass and springs. Rows and columns of constrained components are zero. Where the
 /// cells' dilations b_e are given, K is that of shear alone, and V lambda b_e b_e^T is added to
-/// R_e K R_e^T: the dilation of a cell that is only turned is off by the strain, times lambda.
+/// R_e K R_e^T. The turned reference dilation would leave an error of order lambda times the
+/// strain.
 ///
 /// Coarse operators are Galerkin products, cell by cell: K_C = sum over the cells c of C of P_c^T
 /// K_c P_c, with P_c the trilinear values of C's corner functions at c's corners, and constrained
@@ -47,7 +48,7 @@ class HexMultigrid {
     /// Of each node: bit 0: x, 1: y, 2: z.
     void set_constrained(std::span<const std::uint8_t> components);
     /// `diagonal`: of each node, N/m; empty: zero. `rotations`: of each cell; empty: the identity.
-    /// `dilations`: the b_e, or empty.
+    /// `dilations`: the b_e, beside rotations; or empty.
     void update(double s, std::span<const double> diagonal,
                 std::span<const Eigen::Matrix3d> rotations,
                 std::span<const CellDilation> dilations = {});

@@ -1,8 +1,10 @@
 #include "solvers/linear/hex_solver.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/error.hpp"
+#include "solvers/assembly/grid_damping.hpp"
 #include "solvers/linear/shells.hpp"
 
 namespace livetet {
@@ -81,7 +83,15 @@ RenewalExtent HexSolver::renew(const Configuration& at, const OperatorTerms& ter
     std::vector<Eigen::Matrix3d> rotations;
     std::vector<CellDilation> dilations;
     if (!fine().is_linear()) rotations = fine().cell_rotations(at.u);
-    if (!fine().is_linear() && fine().has_mean_dilation()) dilations = fine().cell_dilations(at);
+    if (!fine().is_linear() && fine().has_mean_dilation()) {
+        dilations = fine().cell_dilations(at);
+        for (std::size_t e = 0; terms.damping != 0 && e < dilations.size(); ++e) {
+            const auto [lambda, mu] = fine().lame_moduli(e);
+            const double of_volume =
+                terms.stiffness * lambda + terms.damping * damped_lambda(lambda, mu);
+            dilations[e] *= std::sqrt(of_volume / (terms.whole_stiffness() * lambda));
+        }
+    }
     multigrid_->update(terms.whole_stiffness(), diagonal_, rotations, dilations);
     return RenewalExtent::whole;
 }

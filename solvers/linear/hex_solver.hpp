@@ -7,8 +7,8 @@ namespace livetet {
 
 /// Conjugate gradients for a grid of hexahedra around nested multigrid, without a matrix: the
 /// finest operator is the law's tangent at the quadrature points, or for small strain the
-/// multigrid's own. The multigrid is that of Hooke's law turned by each cell's rotation. On one
-/// rank; in the mixed form, too (see LevelAssembler).
+/// multigrid's own. The multigrid is that of Hooke's law turned by each cell's rotation, in the
+/// mixed form (see LevelAssembler) with each cell's own dilation. On one rank.
 class HexSolver : public DisplacementSolver {
   public:
     /// Throws Error for an explicit kind other than multigrid, or for several ranks.

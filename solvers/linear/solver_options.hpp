@@ -98,7 +98,9 @@ void visit_fields(Visitor& v, SolverOptions& s) {
     v.field("newton_tolerance", s.newton_tolerance, "",
             "of `solve`: force out of balance relative to the forces at work",
             within({0, 1, Ends::excluded}));
-    v.field("max_newton", s.max_newton, "", "Newton iterations that a step of `solve` may take",
+    v.field("max_newton", s.max_newton, "",
+            "Newton iterations that a step of `solve` may take; on grids in the mixed form the "
+            "first 15 do not count",
             at_least<1, int>());
     v.field("time_limit_s", s.time_limit_s, "s",
             "of `solve`, and of each solve of a study: wall-clock time after which no Newton "

@@ -26,15 +26,17 @@ CellPressures::Place CellPressures::aim(Vec du) {
 CellPressures::Place CellPressures::at(double length) {
     const LevelAssembler& level = balance_.level();
     LIVETET_PETSC(VecWAXPY(trial_.get(), length, dp_.get(), p_.get()));
-    balance_.take_cell_pressures(trial_.get());
-    Place place{.norm = balance_.evaluate()};
-    balance_.take_cell_pressures(nullptr);
+    Place place;
+    {
+        const AtCellPressures at(balance_, trial_.get());
+        place.norm = balance_.evaluate();
+    }
     level.find_cell_pressures(balance_.configuration(), nullptr, eliminated_.get());
     LIVETET_PETSC(VecDot(balance_.residual(), du_, &place.slope));
     const ReadArray p(trial_.get()), wanted(eliminated_.get()), dp(dp_.get());
     for (std::size_t e = 0; e < p.span().size(); ++e) {
-        const double lambda = level.lame_moduli(e).first;
-        place.slope += level.element(e).volume / lambda * (wanted[e] - p[e]) * dp[e];
+        const TetElement cell = level.element(e);
+        place.slope += cell.volume / cell.lambda * (wanted[e] - p[e]) * dp[e];
     }
     return place;
 }

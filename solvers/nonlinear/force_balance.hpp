@@ -47,8 +47,6 @@ class ForceBalance {
     Configuration configuration() const {
         return {state_.u.get(), state_.p ? state_.p.get() : cell_pressures_, &rotations_};
     }
-    /// Pressures of cells that configuration() has in place of eliminated ones; null: none.
-    void take_cell_pressures(Vec p) { cell_pressures_ = p; }
 
     /// Residuals at u; returns their norm and renews scale().
     double evaluate() { return evaluate(ForcesAt::present, nullptr); }
@@ -103,6 +101,7 @@ class ForceBalance {
     const LevelAssembler& level() const { return solver_.fine(); }
 
   private:
+    friend class AtCellPressures;
     enum class ForcesAt { present, prescribed };
     double evaluate(ForcesAt forces_at, Vec along);
     void evaluate_frozen(ForcesAt forces_at);
@@ -137,6 +136,19 @@ class ForceBalance {
     double round_off_ = 0;
     double farthest_ = 0;  ///< norm of the displacement, m, beyond which a state is lost
     PhaseCost cost_;
+};
+
+/// Has configuration() name these pressures of cells, in place of eliminated ones, while it lives;
+/// null: none.
+class AtCellPressures {
+  public:
+    AtCellPressures(ForceBalance& balance, Vec p) : place_(balance.cell_pressures_) { place_ = p; }
+    ~AtCellPressures() { place_ = nullptr; }
+    AtCellPressures(const AtCellPressures&) = delete;
+    AtCellPressures& operator=(const AtCellPressures&) = delete;
+
+  private:
+    Vec& place_;
 };
 
 /// Euclidean norm. Collective.

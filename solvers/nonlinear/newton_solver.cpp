@@ -56,10 +56,6 @@ class Along {
     Vec& place_;
 };
 
-/// Newton iterations that a grid's pressures are given (see CellPressures). Where they serve, five
-/// to nine are enough.
-constexpr int max_pressure_iterations = 15;
-
 NewtonDirection direction_of(Tangent tangent) {
     return tangent == Tangent::positive ? NewtonDirection::positive
            : tangent == Tangent::exact  ? NewtonDirection::exact
@@ -124,7 +120,19 @@ void NewtonSolver::make_snes(MPI_Comm comm) {
     make_line_search();
     LIVETET_PETSC(SNESSetFromOptions(snes));
     has_user_tests_ = is_given("-snes_rtol") || is_given("-snes_atol") || is_given("-snes_stol");
-    has_user_limit_ = is_given("-snes_max_it");
+    if (is_given("-snes_max_it")) {
+        PetscInt limit = 0;
+        LIVETET_PETSC(SNESGetTolerances(snes, nullptr, nullptr, nullptr, &limit, nullptr));
+        user_limit_ = limit;
+    }
+    SNESLineSearch search = nullptr;
+    PetscBool is_newton = PETSC_FALSE, is_ours = PETSC_FALSE;
+    LIVETET_PETSC(SNESGetLineSearch(snes, &search));
+    LIVETET_PETSC(
+        PetscObjectTypeCompare(reinterpret_cast<PetscObject>(snes), SNESNEWTONLS, &is_newton));
+    LIVETET_PETSC(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(search), SNESLINESEARCHSHELL,
+                                         &is_ours));
+    searches_lines_ = is_newton && is_ours;
     watch_linear_solver();
 }
 
@@ -196,7 +204,8 @@ StepReport NewtonSolver::solve(const SolveControls& controls) {
 
 void NewtonSolver::begin_pressures() {
     iterations_before_ = 0;
-    pressures_.begin();
+    pressures_.end();
+    if (searches_lines_) pressures_.begin();  // only search_by_pressures knows how far they go
     if (!pressures_.are_used()) return;
     // An error of du makes one of lambda d theta : du in the pressures.
     constexpr double max_linear_tolerance = 1e-5;
@@ -251,14 +260,14 @@ bool NewtonSolver::predict() {
 }
 
 void NewtonSolver::set_tolerances() {
-    if (has_user_limit_) return;
     PetscReal absolute = 0, relative = 0, step = 0;
     PetscInt evaluations = 0;
     LIVETET_PETSC(
         SNESGetTolerances(snes_.get(), &absolute, &relative, &step, nullptr, &evaluations));
-    const int most = pressures_.are_used() ? std::min(max_pressure_iterations, controls_.max_newton)
-                                           : controls_.max_newton;
-    const int left = std::max(0, most - (report_.newton_iterations - iterations_before_));
+    const int before = report_.newton_iterations - iterations_before_;
+    PetscInt left = user_limit_ ? *user_limit_ : std::max(0, controls_.max_newton - before);
+    if (pressures_.are_used())
+        left = std::min(left, static_cast<PetscInt>(CellPressures::max_iterations));
     LIVETET_PETSC(SNESSetTolerances(snes_.get(), absolute, relative, step, left, evaluations));
 }
 
@@ -334,20 +343,23 @@ void NewtonSolver::evaluate(Vec x, Vec f) {
 }
 
 void NewtonSolver::assemble(Vec x) {
+    Stopwatch watch;
     copy_to_state(x);  // PETSc's line searches may have evaluated another state last
     if (old_tangents_ > 0) {
         --old_tangents_;
         return;
     }
+    report_.operator_s += watch.lap();
     tangent_ = next_tangent();
     assemble_operator();
 }
 
 void NewtonSolver::assemble_operator() {
     Stopwatch watch;
-    balance_.take_cell_pressures(pressures_.get());
-    balance_.assemble(tangent_);
-    balance_.take_cell_pressures(nullptr);
+    {
+        const AtCellPressures at(balance_, pressures_.get());
+        balance_.assemble(tangent_);
+    }
     report_.operator_s += watch.lap();
     solver_.set_up_preconditioner();
     report_.preconditioner_s += watch.lap();
@@ -424,7 +436,7 @@ void NewtonSolver::go_to(const Line& line, double length) {
     LIVETET_PETSC(SNESComputeFunction(line.snes, line.x_trial, line.f_trial));
 }
 
-std::optional<double> NewtonSolver::search_by_slope(const Line& line, double slope_before) {
+double NewtonSolver::search_by_slope(const Line& line, double slope_before) {
     const double norm_before = norm_of(line.f);
     double length = 1;
     for (int trial = 1; trial < max_line_search_trials; ++trial) {
@@ -437,7 +449,9 @@ std::optional<double> NewtonSolver::search_by_slope(const Line& line, double slo
 }
 
 double NewtonSolver::search_by_pressures(const Line& line) {
-    LIVETET_PETSC(VecAXPBY(du_.get(), -1, 0, line.y));
+    Stopwatch watch;
+    LIVETET_PETSC(VecCopy(line.y, du_.get()));
+    LIVETET_PETSC(VecScale(du_.get(), -1));
     copy_to_state(line.x);
     const auto before = pressures_.aim(du_.get());
     double length = 1;
@@ -451,6 +465,7 @@ double NewtonSolver::search_by_pressures(const Line& line) {
         length = *next;
     }
     pressures_.take(length);
+    report_.forces_s += watch.lap();
     go_to(line, length);  // the balance's scale is to be that of eliminated pressures
     return length;
 }

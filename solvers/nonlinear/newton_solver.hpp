@@ -30,8 +30,9 @@ struct NewtonProgress {
 };
 
 /// When a nonlinear solve ends: at a residual of `tolerance` relative to the forces at work, or
-/// after `max_newton` iterations (and on grids with pressures up to 15 before those); each linear
-/// solve at `linear_tolerance`, or 1e-5 with such pressures. Of PETSc's options -snes_max_it and
+/// after `max_newton` iterations; each linear solve at `linear_tolerance`. Grids that use
+/// CellPressures (see NewtonSolver) may take up to 15 iterations before those, and solve linear
+/// systems to at most 1e-5. Of PETSc's options -snes_max_it and
 /// -ksp_rtol replace the last two; -snes_rtol, -snes_atol and -snes_stol can end a solve before
 /// `tolerance` is met.
 struct SolveControls {
@@ -73,9 +74,9 @@ struct SolveControls {
 ///   affine in u, so that the trapezoidal rule integrates them exactly). In the mixed form, which
 ///   has a saddle point in place of a minimum, the slope of the monotone operator (dL/du, -dL/dp)
 ///   decides; see next_length.
-/// - Grids of hexahedra in the mixed form have CellPressures, and the line search of a mixed form.
-///   Where that does not converge within 15 iterations, as from a crumpled start, the solve begins
-///   anew with pressures eliminated.
+/// - Grids of eight-node hexahedra in the mixed form use CellPressures, and the line search of the
+///   mixed form. A solve that has not converged after CellPressures::max_iterations, as from a
+///   crumpled start, starts again with eliminated pressures.
 class NewtonSolver {
   public:
     /// All must outlive this.
@@ -124,7 +125,7 @@ class NewtonSolver {
     /// The length to take, where the trial state then is; nothing if none will do. Both begin with
     /// the trial state at length 1.
     std::optional<double> search_by_energy(const Line& line, double slope);
-    std::optional<double> search_by_slope(const Line& line, double slope);
+    double search_by_slope(const Line& line, double slope);
     /// The length by pressures_, where the trial state then is.
     double search_by_pressures(const Line& line);
     std::optional<double> find_length(const Line& line);  ///< by one of these
@@ -150,9 +151,10 @@ class NewtonSolver {
     double first_residual_ = 0;  ///< N, of the linear solve under way
     PetscHandle<SNES> snes_;
     PetscHandle<Vec> x_, f_, du_, dp_;
-    PetscHandle<Vec> start_;       ///< the displacement that pressures_ began at
-    bool has_user_tests_ = false;  ///< -snes_rtol, -snes_atol or -snes_stol is given
-    bool has_user_limit_ = false;  ///< -snes_max_it is given
+    PetscHandle<Vec> start_;              ///< the displacement that pressures_ began at
+    bool has_user_tests_ = false;         ///< -snes_rtol, -snes_atol or -snes_stol is given
+    std::optional<PetscInt> user_limit_;  ///< by -snes_max_it
+    bool searches_lines_ = true;          ///< by search_line, not by PETSc's
     Tangent tangent_ = Tangent::exact;
     int positive_steps_ = 0;     ///< iterations to come that take the positive tangent
     int iterations_before_ = 0;  ///< of the solve under way, until pressures were eliminated

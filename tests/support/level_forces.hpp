@@ -23,7 +23,8 @@ inline std::vector<Vector3> rough_values(std::size_t nodes, double size, std::ui
     return values;
 }
 
-/// Elastic forces and energy of a level at u + step v, for derivatives along v; displacement form.
+/// Elastic forces and energy of a level at u + step v, for derivatives along v; displacement
+/// form, or pressures of cells.
 class LevelForces {
   public:
     LevelForces(LevelAssembler& level, std::vector<Vector3> u, std::vector<Vector3> v)

@@ -266,6 +266,9 @@ TEST(Cuts, BadInputIsOneLineAndWritesNothing) {
          {"loads[0].nodes", "free_pieces: leave_out", "place, mask or group"}},
         {"cuts: [{point_mm: [42, 0, 0], normal: [1, 0, 0]}]\nfix: []\ndrive: []\n",
          {"the body is not held: 12 rigid motions"}},
+        {"cuts: [{point_mm: [42, 0, 0], normal: [1, 0, 0]}]\nfree_pieces: keep\nfix: []\ndrive: "
+         "[]\n",
+         {"the body is not held: 12 rigid motions"}},
     };
     for (const Case& c : cases) {
         std::string text = CutBar::scene(c.cuts);

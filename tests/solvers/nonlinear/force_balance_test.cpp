@@ -7,66 +7,14 @@
 
 #include "solvers/parallel/partition.hpp"
 #include "solvers/parallel/sum_over_ranks.hpp"
+#include "support/bent_block.hpp"
 #include "support/ranks.hpp"
 #include "support/shapes.hpp"
 
 namespace livetet {
 namespace {
 
-/// A balance of forces with what it needs around it, on all ranks, of a block whose nodes are at
-/// uneven displacements; those at x = 0 are prescribed, and are to move.
-struct BentBlock {
-    BentBlock(const MeshHierarchy& hierarchy, const char* model, Formulation form,
-              TimeScheme scheme, SolverKind kind = SolverKind::automatic)
-        : time_options{.scheme = scheme, .rayleigh_beta = 0.01},
-          solver(make_linear_solver(
-              DistributedHierarchy(
-                  PETSC_COMM_WORLD, hierarchy,
-                  partition_levels(PETSC_COMM_WORLD, hierarchy, Partitioner::metis)),
-              {materials, model, form}, {.kind = kind}, team)),
-          time((time_options.is_dynamic() ? solver->find_mass() : void(), time_options),
-               solver->fine(), state, team),
-          prescribed(solver->fine()),
-          balance(*solver, time, prescribed, state, team) {
-        const PartitionedMesh& share = solver->fine().share();
-        Constraints constraints(share.nodes.size());
-        for (std::size_t n = 0; n < share.nodes.size(); ++n)
-            if (share.rest[n].x() < 1e-9) {
-                constraints.components[n] = 7;
-                constraints.values[n] = {0.002, 0.001, -0.001};
-            }
-        solver->set_constrained(std::span(constraints.components).first(share.owned));
-        prescribed.find_nodes();
-        prescribed.set_values(constraints);
-        {
-            WriteArray u(state.u.get());
-            for (std::size_t i = 0; i < u.span().size(); ++i)
-                u[i] =
-                    5e-4 * std::sin(3 + static_cast<double>(i % 3) + 200 * share.rest[i / 3].sum());
-        }
-        balance.reset_pressures();
-        time.begin_step(0.01);
-        balance.begin_step(ForceBalance::DampingAt::start);
-        prescribed.find_increment(state.u.get());
-    }
-    double norm_of_vectors() const {
-        return balance.volume_residual()
-                   ? std::hypot(norm_of(balance.residual()), norm_of(balance.volume_residual()))
-                   : norm_of(balance.residual());
-    }
-
-    const std::vector<Material> materials{
-        {.young_Pa = 3000, .poisson = 0.4, .density_kg_per_m3 = 1000}};
-    ThreadTeam team{2};
-    TimeOptions time_options;
-    std::unique_ptr<LinearSolver> solver;
-    BodyState state;
-    TimeIntegrator time;
-    PrescribedMotion prescribed;
-    ForceBalance balance;
-};
-
-void expect_known_norms(BentBlock&& block) {
+void expect_known_norms(test::BentBlock&& block) {
     const double at_u = block.balance.evaluate();
     EXPECT_GT(at_u, 0);
     EXPECT_NEAR(at_u, block.norm_of_vectors(), 1e-12 * at_u);
@@ -83,7 +31,7 @@ void expect_known_norms(const MeshHierarchy& hierarchy, SolverKind kind) {
             for (const TimeScheme scheme : {TimeScheme::static_equilibrium, TimeScheme::newmark}) {
                 SCOPED_TRACE(fmt::format("{}, form {}, scheme {}", model, static_cast<int>(form),
                                          static_cast<int>(scheme)));
-                expect_known_norms(BentBlock(hierarchy, model, form, scheme, kind));
+                expect_known_norms(test::BentBlock(hierarchy, model, form, scheme, kind));
             }
 }
 
@@ -113,8 +61,8 @@ TEST(ForceBalance, KnowsTheNormOfALiveBody) {
 TEST(ForceBalance, LeavesPrescribedComponentsOutOfTheResidual) {
     const MeshHierarchy hierarchy =
         make_hierarchy({test::block({6, 3, 2}, Vector3(0.06, 0.03, 0.02))}, "a block");
-    BentBlock block(hierarchy, "neohookean", Formulation::displacement,
-                    TimeScheme::static_equilibrium);
+    test::BentBlock block(hierarchy, "neohookean", Formulation::displacement,
+                          TimeScheme::static_equilibrium);
     (void)block.balance.evaluate();
     const double scale = block.balance.scale();
     const std::vector<Vector3> r = local_values(block.solver->fine().share(),
