@@ -220,6 +220,10 @@ void log_cut(const std::string& text, const TetMesh& after) {
                                      : fmt::format("the body is in {} pieces", pieces)));
 }
 
+bool is_anything_held(const std::vector<std::uint8_t>& held) {
+    return std::ranges::any_of(held, [](std::uint8_t bits) { return bits != 0; });
+}
+
 /// Throws Error unless a piece is held and can deform.
 void check_something_is_left(const TetMesh& mesh, const std::vector<std::uint8_t>& held) {
     const auto pieces = mesh_pieces(mesh);
@@ -298,8 +302,7 @@ MeshHierarchy with_cuts(const Scene& scene, MeshHierarchy hierarchy) {
                             : cut_tet_levels(scene, std::move(hierarchy.levels));
     const TetMesh& mesh = cut.levels.front();
     const std::vector<std::uint8_t> held = held_components(scene, mesh);
-    // Of a body that nothing holds, cuts free nothing.
-    const bool is_held = std::ranges::any_of(held, [](std::uint8_t bits) { return bits != 0; });
+    const bool is_held = is_anything_held(held);  // else cuts free nothing
     const std::vector<MeshPiece> free =
         is_held ? free_pieces(mesh, held) : std::vector<MeshPiece>{};
     const bool may_move = scene.time.is_dynamic() && scene.free_pieces == FreePieces::keep;
@@ -332,8 +335,7 @@ std::vector<std::int32_t> resting_nodes(const Scene& scene, const TetMesh& mesh)
     if (scene.cuts.empty() || scene.time.is_dynamic() || scene.free_pieces != FreePieces::keep)
         return {};
     const std::vector<std::uint8_t> held = held_components(scene, mesh);
-    if (std::ranges::all_of(held, [](std::uint8_t bits) { return bits == 0; }))
-        return {};  // not pieces of a body that is held: it is refused
+    if (!is_anything_held(held)) return {};  // check_no_free_motion refuses the body
     return nodes_of_pieces(free_pieces(mesh, held), mesh);
 }
 

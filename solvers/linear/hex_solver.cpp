@@ -85,7 +85,7 @@ RenewalExtent HexSolver::renew(const Configuration& at, const OperatorTerms& ter
     if (!fine().is_linear()) rotations = fine().cell_rotations(at.u);
     if (!fine().is_linear() && fine().has_mean_dilation()) {
         dilations = fine().cell_dilations(at);
-        for (std::size_t e = 0; terms.damping != 0 && e < dilations.size(); ++e) {
+        for (std::size_t e = 0; e < dilations.size(); ++e) {
             const auto [lambda, mu] = fine().lame_moduli(e);
             const double of_volume =
                 terms.stiffness * lambda + terms.damping * damped_lambda(lambda, mu);

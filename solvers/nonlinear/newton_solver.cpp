@@ -238,7 +238,7 @@ bool NewtonSolver::predict() {
     const LinearStart start = goes_on() ? LinearStart::earlier_solves : LinearStart::zero;
     for (tangent_ = next_tangent();;) {
         assemble_operator();
-        (void)watch.lap();
+        (void)watch.lap();  // it has counted its own time
         const LinearReport linear = solver_.solve(balance_.residual(), balance_.volume_residual(),
                                                   du_.get(), dp_.get(), controls, start);
         report_.solve_s += watch.lap();

@@ -30,11 +30,11 @@ struct NewtonProgress {
 };
 
 /// When a nonlinear solve ends: at a residual of `tolerance` relative to the forces at work, or
-/// after `max_newton` iterations; each linear solve at `linear_tolerance`. Grids that use
-/// CellPressures (see NewtonSolver) may take up to 15 iterations before those, and solve linear
-/// systems to at most 1e-5. Of PETSc's options -snes_max_it and
-/// -ksp_rtol replace the last two; -snes_rtol, -snes_atol and -snes_stol can end a solve before
-/// `tolerance` is met.
+/// after `max_newton` iterations; each linear solve at `linear_tolerance`. Of PETSc's options
+/// -snes_max_it and -ksp_rtol replace the last two; -snes_rtol, -snes_atol and -snes_stol can end a
+/// solve before `tolerance` is met. Grids that use CellPressures may take up to
+/// CellPressures::max_iterations before `max_newton` counts, and solve linear systems to at most
+/// 1e-5 until then.
 struct SolveControls {
     int max_newton = 50;
     double tolerance = 1e-8;

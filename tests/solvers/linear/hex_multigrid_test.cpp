@@ -1,4 +1,4 @@
-// The operator of a grid's multigrid. Its cycle is tested with HexSolver.
+// The operator and the bounds of a grid's multigrid. Its cycle is tested with HexSolver.
 
 #include "solvers/linear/hex_multigrid.hpp"
 
@@ -12,6 +12,20 @@
 namespace livetet {
 namespace {
 
+/// Of one material, given by lambda and mu, Pa.
+HexCells cells_of(const TetMesh& grid, std::pair<double, double> moduli) {
+    const LevelAssembler level(distribute_mesh(PETSC_COMM_SELF, grid, {}),
+                               std::vector<Material>{{}}, "linear", Formulation::displacement,
+                               GeometryOnly{});
+    HexCells cells;
+    cells.frame = level.element(0);
+    cells.frame.volume = cell_volume(grid);
+    cells.shares = grid.shares;
+    cells.moduli = {moduli};
+    cells.material.assign(grid.hexahedra.size(), 0);
+    return cells;
+}
+
 /// Where cells have dilations of their own, they take the place of the volume's part of the
 /// reference stiffness: V lambda b b^T by each cell's share.
 TEST(HexMultigrid, TakesTheDilationsOfCells) {
@@ -19,18 +33,9 @@ TEST(HexMultigrid, TakesTheDilationsOfCells) {
     TetMesh grid = test::hex_grid({3, 2, 2}, {0.03, 0.02, 0.02});
     grid.shares[4] = 0.4;
     const std::size_t nodes = grid.nodes.size(), count = grid.hexahedra.size();
-    const MeshHierarchy hierarchy = make_hierarchy({grid}, "a grid");
     constexpr double lambda = 20000, mu = 1000;
-    const LevelAssembler level(distribute_mesh(PETSC_COMM_SELF, hierarchy.levels.front(), {}),
-                               std::vector<Material>{{}}, "linear", Formulation::displacement,
-                               GeometryOnly{});
     const auto product = [&](double lambda_of_cells, std::span<const CellDilation> dilations) {
-        HexCells cells;
-        cells.frame = level.element(0);
-        cells.frame.volume = cell_volume(grid);
-        cells.shares = grid.shares;
-        cells.moduli = {{lambda_of_cells, mu}};
-        cells.material.assign(count, 0);
+        HexCells cells = cells_of(grid, {lambda_of_cells, mu});
         cells.dilation = Dilation::of_cell;
         HexMultigrid multigrid(hex_levels(grid, 600), cells, 4);
         multigrid.set_constrained(std::vector<std::uint8_t>(nodes, 0));
@@ -62,6 +67,37 @@ TEST(HexMultigrid, TakesTheDilationsOfCells) {
     for (const double y : expected) size = std::max(size, std::abs(y));
     for (std::size_t i = 0; i < found.size(); ++i)
         ASSERT_NEAR(found[i], expected[i], 1e-10 * size) << i;
+}
+
+/// The bounds are those of the first operator. One whose diagonal weighs far less has higher ones:
+/// its cycle is not positive until they are taken anew.
+TEST(HexMultigrid, TakesSurerBoundsWhereItsCycleIsNotPositive) {
+    if (test::rank_count() > 1) GTEST_SKIP() << "one rank";
+    const TetMesh grid = test::hex_grid({12, 12, 12}, {0.1, 0.1, 0.1});
+    const Material material{.young_Pa = 3000, .poisson = 0.4};
+    HexMultigrid multigrid(hex_levels(grid, 30), cells_of(grid, {material.lambda(), material.mu()}),
+                           4);
+    const std::size_t nodes = grid.nodes.size();
+    multigrid.set_constrained(std::vector<std::uint8_t>(nodes, 0));
+    multigrid.update(1, std::vector<double>(nodes, 1e6), {});
+    multigrid.update(1, std::vector<double>(nodes, 1), {});
+    const auto least_positive = [&] {
+        double least = 1;
+        for (unsigned seed = 1; seed < 6; ++seed) {
+            std::vector<double> r, z(3 * nodes);
+            for (const Vector3& x : test::rough_values(nodes, 1, seed))
+                r.insert(r.end(), x.begin(), x.end());
+            multigrid.cycle(r, z);
+            const Eigen::Map<const Eigen::VectorXd> of_r(r.data(), 3 * nodes),
+                of_z(z.data(), 3 * nodes);
+            least = std::min(least, of_r.dot(of_z) / (of_r.norm() * of_z.norm()));
+        }
+        return least;
+    };
+    EXPECT_LT(least_positive(), 0);
+    EXPECT_TRUE(multigrid.take_surer_bounds());
+    EXPECT_GT(least_positive(), 0);
+    EXPECT_FALSE(multigrid.take_surer_bounds()) << "they are sure now";
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "solvers/nonlinear/deformable_body.hpp"
 #include "support/hex_grids.hpp"
 #include "support/level_forces.hpp"
+#include "support/petsc_options.hpp"
 #include "support/ranks.hpp"
 #include "support/whole_mesh.hpp"
 
@@ -321,7 +322,7 @@ TEST(HexSolver, MeanDilationDoesNotLock) {
     EXPECT_GT(energy(0.4999, Formulation::displacement) / nearer, 1.5);
 }
 
-/// The foot of a cube held, half of its top pressed, m.
+/// Holds a cube at its foot, and presses half of its top by so many metres.
 Constraints pressed_cube(const TetMesh& mesh, double press) {
     Constraints constraints(mesh.nodes.size());
     constraints.prescribe(grid_nodes(mesh, [](const Vector3& x) { return x.z() < 1e-9; }),
@@ -363,9 +364,8 @@ TEST(HexSolver, TakesSearchesOfPetscNearlyIncompressible) {
         return body.strain_energy();
     };
     const double ours = energy();
-    LIVETET_PETSC(PetscOptionsSetValue(nullptr, "-snes_linesearch_type", "bt"));
+    const test::PetscOptions options({std::pair{"-snes_linesearch_type", "bt"}});
     EXPECT_NEAR(energy(), ours, 1e-6 * ours);
-    LIVETET_PETSC(PetscOptionsClearValue(nullptr, "-snes_linesearch_type"));
 }
 
 /// Green's model from crumpled starts, in some of which Newton's method with pressures goes astray.

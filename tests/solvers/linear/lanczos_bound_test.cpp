@@ -6,13 +6,6 @@
 
 #include <Eigen/Dense>
 
-#include "mesh/hex_hierarchy.hpp"
-#include "solvers/assembly/level_assembler.hpp"
-#include "solvers/linear/hex_multigrid.hpp"
-#include "support/hex_grids.hpp"
-#include "support/ranks.hpp"
-#include "support/whole_mesh.hpp"
-
 namespace livetet {
 namespace {
 
@@ -55,45 +48,6 @@ TEST(LanczosBound, OfNothingIsNothing) {
     EXPECT_EQ(lanczos_bound(bound_steps, gradients), 0);
     DiagonalGradients three(Eigen::VectorXd::Constant(5, 3));
     EXPECT_NEAR(lanczos_bound(bound_steps, three), 3, 1e-12) << "all is said after one step";
-}
-
-/// The bounds are those of the first operator. One whose diagonal weighs far less has higher ones:
-/// its cycle is not positive until they are taken anew.
-TEST(HexMultigrid, TakesSurerBoundsWhereItsCycleIsNotPositive) {
-    if (test::rank_count() > 1) GTEST_SKIP() << "one rank";
-    const TetMesh grid = test::hex_grid({12, 12, 12}, {0.1, 0.1, 0.1});
-    const MeshHierarchy hierarchy = make_hierarchy({grid}, "a grid");
-    const std::vector<Material> materials{{.young_Pa = 3000, .poisson = 0.4}};
-    const LevelAssembler level(distribute_mesh(PETSC_COMM_SELF, hierarchy.levels.front(), {}),
-                               materials, "linear", Formulation::displacement, GeometryOnly{});
-    HexCells cells;
-    cells.frame = level.element(0);
-    cells.frame.volume = cell_volume(grid);
-    cells.shares = grid.shares;
-    cells.moduli = {level.lame_moduli(0)};
-    cells.material.assign(grid.hexahedra.size(), 0);
-    HexMultigrid multigrid(hex_levels(grid, 30), cells, 4);
-    const std::size_t nodes = grid.nodes.size();
-    multigrid.set_constrained(std::vector<std::uint8_t>(nodes, 0));
-    multigrid.update(1, std::vector<double>(nodes, 1e6), {});
-    multigrid.update(1, std::vector<double>(nodes, 1), {});
-    const auto least_positive = [&] {
-        double least = 1;
-        for (unsigned seed = 1; seed < 6; ++seed) {
-            std::vector<double> r, z(3 * nodes);
-            for (const Vector3& x : test::rough_values(nodes, 1, seed))
-                r.insert(r.end(), x.begin(), x.end());
-            multigrid.cycle(r, z);
-            const Eigen::Map<const Eigen::VectorXd> of_r(r.data(), 3 * nodes),
-                of_z(z.data(), 3 * nodes);
-            least = std::min(least, of_r.dot(of_z) / (of_r.norm() * of_z.norm()));
-        }
-        return least;
-    };
-    EXPECT_LT(least_positive(), 0);
-    EXPECT_TRUE(multigrid.take_surer_bounds());
-    EXPECT_GT(least_positive(), 0);
-    EXPECT_FALSE(multigrid.take_surer_bounds()) << "they are sure now";
 }
 
 }  // namespace

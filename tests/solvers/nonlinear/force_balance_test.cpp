@@ -5,7 +5,6 @@
 
 #include <cmath>
 
-#include "solvers/parallel/partition.hpp"
 #include "solvers/parallel/sum_over_ranks.hpp"
 #include "support/bent_block.hpp"
 #include "support/ranks.hpp"
