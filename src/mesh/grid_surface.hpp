@@ -10,7 +10,8 @@ namespace livetet {
 /// Places of a grid's nodes with its stepped border smoothed, m: for distances, areas and normals,
 /// which steps falsify (a path over the steps of a slope is up to sqrt(3) times too long). Nodes of
 /// `surface` relax to the mean of their neighbours in it, none by more than half a cell's edge
-/// along any axis of the grid; others stay. Faces along the grid stay but near their edges.
+/// along any axis of the grid; others stay. Faces along the grid stay but near their edges. The two
+/// sides of a cut move as one: at rest it is closed.
 ///
 /// Source: constrained elastic surface nets, S. F. F. Gibson (1998).
 std::vector<Vector3> smoothed_surface(const TetMesh& grid, std::span<const Triangle> surface);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "mesh/hex_cut.hpp"
 #include "mesh/surface_patch.hpp"
 #include "support/hex_grids.hpp"
 
@@ -51,6 +52,28 @@ TEST(GridSurface, PatchesOnABallAreCaps) {
         for (const std::int32_t n : patch.nodes)
             farthest = std::max(farthest, (grid.nodes[n] - patch.at).norm());
         EXPECT_NEAR(farthest, patch_radius, 0.003) << way.transpose();
+    }
+}
+
+/// The sides of a cut take the places that the nodes have without it: at rest nothing gapes.
+TEST(GridSurface, ClosesACutAtRest) {
+    const TetMesh ball = test::hex_grid({12, 12, 12}, {0.06, 0.06, 0.06}, [](const Vector3& x) {
+        return (x - Vector3::Constant(0.03)).norm() < 0.025;
+    });
+    const HexLevel level = hex_level_of(ball, "ball");
+    std::vector<std::uint8_t> cut;  // half through
+    for (const HexLink& link : level.links) {
+        const HexPlace& lower = level.places[link.lower];
+        cut.push_back(link.axis == 0 && lower[0] == 5 && lower[1] < 6);
+    }
+    const OpenedGrid opened = open_links(ball, level, cut);
+    ASSERT_GT(opened.originals.size(), 20);
+    const auto whole = smoothed_surface(ball, boundary_triangles(ball.tets));
+    const auto places = smoothed_surface(opened.mesh, boundary_triangles(opened.mesh.tets));
+    for (std::size_t n = 0; n < places.size(); ++n) {
+        const std::size_t count = ball.nodes.size();
+        const std::size_t original = n < count ? n : opened.originals[n - count];
+        EXPECT_LT((places[n] - whole[original]).norm(), 1e-15) << n;
     }
 }
 
