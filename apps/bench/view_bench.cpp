@@ -104,8 +104,7 @@ int bench_view(const ViewBenchArguments& arguments) {
     SceneBody body = make_body(PETSC_COMM_SELF, scene, std::move(hierarchy), Use::track);
 
     ShownBody shown;
-    shown.mesh = body.mesh();
-    shown.surface = render_surface(shown.mesh);
+    set_mesh(shown, body.mesh());
     shown.image = images.image;
     shown.fixed = body.mesh().node_sets.at("fixed");
     const std::size_t triangles = shown.surface.triangles.size();

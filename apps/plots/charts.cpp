@@ -105,8 +105,9 @@ void write_frame_times_picture(const std::filesystem::path& path, std::span<cons
     const double first = times.x.front(), last = times.x.back();
     if (seen > 0)
         add_plot(chart, vtkChart::LINE,
-                 level(fmt::format("budget {:g} ms", budget), first, last, budget, look::red,
-                       vtkPen::SOLID_LINE));
+                 level(fmt::format("{} {:g} ms",
+                                   report.run.budget_given ? "budget" : "between samples", budget),
+                       first, last, budget, look::red, vtkPen::SOLID_LINE));
     add_plot(chart, vtkChart::LINE,
              level(fmt::format("99 %: {:.1f} ms", ms.p99), first, last, ms.p99, look::ink,
                    vtkPen::DOT_LINE));

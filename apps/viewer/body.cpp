@@ -8,6 +8,7 @@
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
+#include <vtkStaticPointLocator.h>
 
 #include <algorithm>
 #include <map>
@@ -120,6 +121,23 @@ class Shell {
     std::vector<Tet> owners_;
 };
 
+/// ShownBody::marked_at: of nodes of the border the nearest node of the surface.
+std::vector<Vector3> mark_places(const TetMesh& mesh, const DrawnSurface& surface) {
+    std::vector<Vector3> places = mesh.nodes;
+    if (surface.nodes.empty()) return places;
+    vtkNew<vtkPoints> points;
+    points->SetDataTypeToDouble();
+    for (const Vector3& x : surface.nodes) points->InsertNextPoint(x.data());
+    vtkNew<vtkPolyData> data;
+    data->SetPoints(points);
+    vtkNew<vtkStaticPointLocator> locator;
+    locator->SetDataSet(data);
+    locator->BuildLocator();
+    for (const std::int32_t n : nodes_of(boundary_triangles(mesh.tets)))
+        places[n] = surface.nodes[locator->FindClosestPoint(mesh.nodes[n].data())];
+    return places;
+}
+
 void read_shown_fiducials(ShownBody& body, const fs::path& path) {
     const FiducialRegistration registration = read_registration(path);
     for (const RegisteredFiducial& f : registration.fiducials) {
@@ -178,15 +196,15 @@ void add_statement(ShownMoment& moment, const FrameStatement& statement,
 void set_mesh(ShownBody& body, TetMesh mesh) {
     body.mesh = std::move(mesh);
     if (!body.has_own_surface) body.surface = render_surface(body.mesh);
+    body.marked_at = mark_places(body.mesh, body.surface);
 }
 
 ShownBody make_shown_body(TetMesh mesh, const std::optional<Scene>& scene, const fs::path& named_in,
                           const ViewFiles& files) {
     ShownBody body;
-    body.mesh = std::move(mesh);
     body.has_own_surface = !files.surface.empty();
-    body.surface = body.has_own_surface ? DrawnSurface{read_surface(files.surface, Space::ras), {}}
-                                        : render_surface(body.mesh);
+    if (body.has_own_surface) body.surface = {read_surface(files.surface, Space::ras), {}};
+    set_mesh(body, std::move(mesh));
 
     if (!files.image.empty())
         read_image(body, files.image);

@@ -32,8 +32,11 @@ DrawnSurface render_surface(const TetMesh& mesh);
 /// The data that do not change in time.
 struct ShownBody {
     TetMesh mesh;
-    DrawnSurface surface;             ///< at rest, as fine as it is drawn
-    bool has_own_surface = false;     ///< it is a file's, and not the mesh's
+    DrawnSurface surface;          ///< at rest, as fine as it is drawn
+    bool has_own_surface = false;  ///< it is a file's, and not the mesh's
+    /// Where each node is marked, at rest: on the surface. That is rounded where it is subdivided,
+    /// and the nodes of a grid lie up to a cell outside it.
+    std::vector<Vector3> marked_at;
     std::vector<std::int32_t> fixed;  ///< fixed nodes on the surface of the mesh
     std::optional<GreyImage> image;
     std::vector<ShownFiducial> fiducials;

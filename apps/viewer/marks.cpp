@@ -90,7 +90,7 @@ void MarksView::set_texts(const TextLayout& texts) {
 
 void MarksView::show(const ShownMoment& moment) {
     const auto moved = [&](std::int32_t n) -> Vector3 {
-        return body_.mesh.nodes[n] + moment.displacement[n];
+        return body_.marked_at[n] + moment.displacement[n];
     };
     ColouredLines lines;
     const auto line = [&](const Vector3& a, const Vector3& b, const look::Colour& c) {

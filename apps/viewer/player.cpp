@@ -43,6 +43,7 @@ Player::Player(const ViewRecording& recording, ViewWindow& window)
     window.handlers.pull = [](const std::optional<HandPull>&) {
         log_warning("a recorded result cannot be pulled; livetet view SCENE runs one that can");
     };
+    window.set_extent(recording.extent());
     window.set_range(ColourBy::displacement, recording.largest_displacement());
     if (recording.has_stress()) window.set_range(ColourBy::von_mises, recording.largest_stress());
     if (recording.states_errors())

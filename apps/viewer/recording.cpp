@@ -182,6 +182,7 @@ void ViewRecording::find_ranges() {
         for (const Tet& t : body_.mesh.tets)
             for (const std::int32_t n : t) node_volume_[n] += signed_volume(body_.mesh, t) / 4;
     }
+    for (const Vector3& x : body_.mesh.nodes) extent_.extend(x);
     const std::size_t frames = reader_.frame_count(), step = std::max<std::size_t>(1, frames / 16);
     std::vector<std::size_t> looked_at{frames - 1};
     for (std::size_t k = 0; k < frames; k += step) looked_at.push_back(k);
@@ -196,8 +197,11 @@ void ViewRecording::find_ranges() {
         looked_at.push_back(representative_frame_);
     }
     for (const std::size_t k : looked_at) {
-        for (const Vector3& u : reader_.displacement(k))
-            largest_displacement_ = std::max(largest_displacement_, u.norm());
+        const std::vector<Vector3> u = reader_.displacement(k);
+        for (std::size_t n = 0; n < u.size(); ++n) {
+            largest_displacement_ = std::max(largest_displacement_, u[n].norm());
+            extent_.extend(body_.mesh.nodes[n] + u[n]);
+        }
         if (states_errors())
             for (const double radius : statements_.read(k).surface.radius_95)
                 largest_stated_error_ = std::max(largest_stated_error_, radius);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Geometry>
+
 #include "apps/live/statement_record.hpp"
 #include "apps/viewer/body.hpp"
 #include "io/result_file.hpp"
@@ -21,6 +23,8 @@ class ViewRecording {
     bool has_stress() const { return has_stress_; }
     /// Whether errors over the surface are stated.
     bool states_errors() const { return !body_.stated_places.empty(); }
+    /// What the body occupies at rest and in some frames, m.
+    const Eigen::AlignedBox3d& extent() const { return extent_; }
     /// Ranges of the colours: the largest displacement, m, stress, Pa (ignoring the highest
     /// hundredth of the nodes), and stated error, m, of some frames. And the frame with the deepest
     /// press or, without tracking, the last.
@@ -38,6 +42,7 @@ class ViewRecording {
     ResultReader reader_;
     StatementReader statements_;  ///< refers to reader_
     ShownBody body_;
+    Eigen::AlignedBox3d extent_;
     bool has_stress_ = false, has_press_ = false;
     std::vector<double> node_volume_;  ///< a quarter of the volume of its tets, m^3
     double largest_displacement_ = 0, largest_stress_ = 0, largest_stated_error_ = 0;

@@ -66,6 +66,7 @@ ViewWindow::ViewWindow(const ShownBody& body, Surface surface, std::array<int, 2
                                                     0.45);  // from the front, left and above
     organ_renderer_->GetActiveCamera()->SetViewUp(0, 0, 1);
     moment_.displacement.assign(body.mesh.nodes.size(), Vector3::Zero());
+    for (const Vector3& x : body.mesh.nodes) extent_.extend(x);
     listen(surface);
     arrange();
     reset();
@@ -223,10 +224,17 @@ void ViewWindow::zoom(double factor) {
     changed_ = true;
 }
 
-/// Makes the organ at rest fill the view.
+void ViewWindow::set_extent(const Eigen::AlignedBox3d& extent) {
+    extent_ = extent;
+    reset();
+}
+
 void ViewWindow::reset() {
-    Eigen::AlignedBox3d box;
-    for (const Vector3& x : body_.mesh.nodes) box.extend(1e3 * x);
+    Eigen::AlignedBox3d box = extent_;
+    for (std::size_t n = 0; n < body_.mesh.nodes.size(); ++n)
+        box.extend(body_.mesh.nodes[n] + moment_.displacement[n]);
+    box.min() *= 1e3;  // mm
+    box.max() *= 1e3;
     const double bounds[6] = {box.min().x(), box.max().x(), box.min().y(),
                               box.max().y(), box.min().z(), box.max().z()};
     organ_renderer_->GetActiveCamera()->SetViewAngle(30);
@@ -245,9 +253,9 @@ void ViewWindow::reset() {
 bool ViewWindow::draw() {
     arrange();
     if (!stale_ && !changed_) return false;
-    const bool in_turn = slices_in_turns_ && !changed_;
-    if (in_turn) turn_ = (turn_ + 1) % 3;
-    const auto is_drawn = [&](int slice) { return !in_turn || slice == turn_; };
+    const bool in_turn = turns_.are_taken && !changed_;
+    if (in_turn) turns_.slice = (turns_.slice + 1) % 3;
+    const auto is_drawn = [&](int slice) { return !in_turn || slice == turns_.slice; };
     if (stale_) {
         organ_->show(moment_);
         marks_->show(moment_);
@@ -269,7 +277,7 @@ bool ViewWindow::draw() {
 
 void ViewWindow::write_png(const std::filesystem::path& path) {
     renew_texts();
-    if (slices_in_turns_) renew();
+    if (turns_.are_taken) renew();
     draw();
     write_window(window_, path);
 }

@@ -7,6 +7,8 @@
 #include <vtkRenderer.h>
 #include <vtkTextActor.h>
 
+#include <Eigen/Geometry>
+
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -68,8 +70,11 @@ class ViewWindow {
     void set_volume(bool visible);
     void look_from(Look look);
     /// Draws one slice for each new moment, in turns, which saves two thirds of the work.
-    void set_slices_in_turns(bool in_turns) { slices_in_turns_ = in_turns; }
+    void set_slices_in_turns(bool in_turns) { turns_.are_taken = in_turns; }
     void zoom(double factor);
+    /// What fills the view after a reset, m; at first the organ at rest. Resets.
+    void set_extent(const Eigen::AlignedBox3d& extent);
+    /// Makes the extent and what is shown of the organ fill the view.
     void reset();
     /// Sets a marker as the mouse would: `base`, and where it is pulled to.
     void pull(const Vector3& base, const Vector3& to);
@@ -105,6 +110,7 @@ class ViewWindow {
 
     const ShownBody& body_;
     ShownMoment moment_;
+    Eigen::AlignedBox3d extent_;  ///< see set_extent
     vtkSmartPointer<vtkRenderWindow> window_;
     vtkNew<vtkRenderer> organ_renderer_, strip_;
     std::array<vtkNew<vtkRenderer>, 3> slice_renderers_;
@@ -118,8 +124,11 @@ class ViewWindow {
     vtkNew<vtkTextActor> text_, help_;
     void renew() { stale_ = changed_ = true; }
     bool stale_ = true, changed_ = true;  ///< the moment has changed; what is shown of it has
-    bool slices_in_turns_ = false, closed_ = false;
-    int turn_ = 0;
+    bool closed_ = false;
+    struct {
+        bool are_taken = false;
+        int slice = 0;  ///< whose turn it was
+    } turns_;
     std::array<int, 2> arranged_{0, 0};  ///< the window's size, pixels
 
     enum class Doing { nothing, crossing, windowing, pulling, seeking };

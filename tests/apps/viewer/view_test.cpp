@@ -395,6 +395,19 @@ TEST(View, AKilledRunIsShownAsFarAsItIsWhole) {
                 100, 0.5);
 }
 
+TEST(View, ABodyThatIsCarriedAwayIsInThePicture) {
+    Viewed viewed;
+    test::write_text(
+        viewed.folder / "solve.yaml",
+        "mesh: {file: block.h5}\noutput: {file: solved.h5}\n"
+        "drive: [{half_space_mm: [0, 0, 1, 0, 0, 1], displacement_mm: [400, 0, 0]}]\n");
+    ASSERT_EQ(livetet(viewed.folder, "solve solve.yaml").status, 0);
+    const auto outcome =
+        livetet(viewed.folder, "view solved.h5 --screenshot far.png --size 640 400", with_display);
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_GT(blue_pixels(Picture(viewed.folder / "far.png"), {80, 640}), 1000);
+}
+
 TEST(View, ASolveIsColouredByStress) {
     Viewed viewed;
     test::write_text(
