@@ -76,12 +76,13 @@ LabelImage voxels_behind(const LabelImage& labels, double y) {
 }  // namespace
 
 FrontOrgan phantom_front_organ() {
-    return {"the phantom", make_phantom_images(0.0015, 1), still_tracker(), phantom::targets()};
+    return {"the phantom", make_phantom_images(0.0015, 1), make_phantom_images(0.00109, 1),
+            still_tracker(), phantom::targets()};
 }
 
 FrontOrgan read_front_organ(const std::filesystem::path& file, int label,
                             const ProgressCallback& progress) {
-    FrontOrgan organ{file.filename().string(), {}, still_tracker(), {}};
+    FrontOrgan organ{file.filename().string(), {}, {}, still_tracker(), {}};
     LabelImage& labels = organ.images.labels;
     TetMesh mesh;
     if (is_surface_name(file)) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@ namespace livetet {
 struct FrontOrgan {
     std::string name;
     PhantomImages images;  ///< its label map, 1 in the organ, and what is fixed; no grey values
+    std::optional<PhantomImages> finer;  ///< the phantom in voxels for 60,000 hexahedra
     /// The motions of organ and press, and the sensor's place, without noise.
     SimulatedTrackerOptions tracker;
     std::vector<NamedPoint> targets;
