@@ -26,7 +26,7 @@ struct CutMesh {
 };
 
 /// Blade paths in the body that were not cut, because they were too long, or took too long, between
-/// two frames.
+/// two samples.
 struct BladeGaps {
     std::size_t count = 0;
     double length = 0;  ///< of all together in the body, m
@@ -45,7 +45,7 @@ void add_copies(std::vector<std::int32_t>& nodes, std::size_t first,
 /// frames, and opens an interval after the first of it. Times are those of the samples, so that a
 /// replay opens the same cuts in the same frames. To use it:
 ///
-///     follow(...);                          // in each frame
+///     follow(...);                          // with each sample
 ///     if (is_due(t)) opens = begin();
 ///     open(levels);                         // any time until then
 ///     keep(), put_off() or undo();          // in the first frame at `opens` or later
@@ -54,7 +54,7 @@ class BladeCuts {
     /// `levels`: linear_levels of the mesh as it was loaded.
     BladeCuts(const std::vector<TetMesh>& levels, double interval_s);
 
-    /// Takes the blades' edges in a frame, in the image, m; none: that blade is not seen. `mesh`
+    /// Takes the blades' edges in a sample, in the image, m; none: that blade is not seen. `mesh`
     /// and `displacement`, one a node, m: now. Allocates, if a blade is near the organ.
     void follow(double time_s, std::span<const std::optional<BladeEdge>> edges, const TetMesh& mesh,
                 std::span<const Vector3> displacement);

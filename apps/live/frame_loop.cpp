@@ -109,7 +109,9 @@ void run_frames(Scene& scene, TrackerSource& source, TrackedBody& tracked, Recor
         FrameLimits limits{.ahead_s = ahead_of_next(*scene.track, plan, latency)};
         if (plan.budget_s) limits.deadline = Deadline::after(start, *plan.budget_s);
         if (plan.observer) tracked.pull(plan.observer->pull());
-        const Frame& frame = tracked.advance(sample->sample, limits);
+        const Frame& frame =
+            tracked.advance(sample->sample, limits,
+                            counts.frames > 0 ? source.passed() : std::span<const TrackerSample>{});
         const double seconds = seconds_since(start);
         count.take(*sample, counts);
         if (recorder && counts.frames % scene.output.every == 0) {

@@ -77,6 +77,22 @@ Origin read_origin(const ResultReader& reader, const std::string& source) {
     return origin;
 }
 
+/// The kept sample of this number, or where it would be.
+auto sample_at(const RecordedRun& run, std::uint64_t number) {
+    return std::ranges::lower_bound(run.samples, number, {}, &StreamSample::number);
+}
+
+/// The samples between those of a frame and the frame before: TrackerSource::passed.
+std::vector<TrackerSample> passed_before(const RecordedRun& run, std::size_t frame) {
+    if (frame == 0) return {};
+    const auto from = sample_at(run, run.frames[frame - 1].sample + 1),
+               to = sample_at(run, run.frames[frame].sample);
+    std::vector<TrackerSample> passed;
+    for (auto sample = from; sample < to; ++sample) passed.push_back(sample->sample);
+    if (passed.size() > max_passed) passed.erase(passed.begin(), passed.end() - max_passed);
+    return passed;
+}
+
 }  // namespace
 
 std::string petsc_options_of_run(const std::filesystem::path& path) {
@@ -121,15 +137,14 @@ ReplayReport replay_run(const std::filesystem::path& path, const ProgressCallbac
         const RecordedRun::FrameRecord& recorded = run.frames[k];
         for (; event != origin.events.end() && event->frame <= k; ++event)
             tracked.change(prepare_change(read_yaml<Scene>(event->scene, source), mesh));
-        const auto sample = std::lower_bound(
-            run.samples.begin(), run.samples.end(), recorded.sample,
-            [](const StreamSample& s, std::uint64_t number) { return s.number < number; });
+        const auto sample = sample_at(run, recorded.sample);
         if (sample == run.samples.end() || sample->number != recorded.sample)
             fail("{}: frame {} was made of sample {}, which was not kept", source, k,
                  recorded.sample);
         tracked.pull(recorded.pull);
         const Frame& frame = tracked.advance(
-            sample->sample, {.as_done = &recorded.solves, .ahead_s = recorded.ahead_s});
+            sample->sample, {.as_done = &recorded.solves, .ahead_s = recorded.ahead_s},
+            passed_before(run, k));
         ++report.frames;
         if (checksum(frame.displacement) == recorded.checksum &&
             holds_statement(reader, k, frame.statement)) {

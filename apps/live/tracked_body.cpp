@@ -90,7 +90,7 @@ void TrackedBody::find_shown(std::vector<RigidTransform<Tool, Tip>> tips) {
     frame_.sensors.assign(scene_.track->sensors.size(), {});
 }
 
-void TrackedBody::follow(const TrackerSample& sample) {
+void TrackedBody::follow(const TrackerSample& sample, std::span<const TrackerSample> passed) {
     const TrackedPose& measured = pose_of(sample, reference_);
     const PoseFollower::Result reference =
         reference_follower_.update(sample.time_s, measured, frame_.ahead_s);
@@ -131,14 +131,21 @@ void TrackedBody::follow(const TrackerSample& sample) {
         frame_.image_from_tool[i] = {image_from_tip.rotation, image_from_tip.translation,
                                      PoseStatus::ok};
     }
-    if (cutting_) follow_blades(sample, tracker_from_reference);
+    if (!cutting_) return;
+    for (const TrackerSample& earlier : passed) {
+        const TrackedPose& then = pose_of(earlier, reference_);
+        follow_blades(
+            earlier, is_usable(then) ? std::optional(tracker_from<Reference>(then)) : std::nullopt);
+    }
+    follow_blades(sample, tracker_from_reference);
 }
 
-const Frame& TrackedBody::advance(const TrackerSample& sample, FrameLimits limits) {
+const Frame& TrackedBody::advance(const TrackerSample& sample, FrameLimits limits,
+                                  std::span<const TrackerSample> passed) {
     const auto start = Clock::now();
     frame_.time_s = sample.time_s;
     frame_.ahead_s = limits.ahead_s.value_or(fixed_ahead_s(*scene_.track));
-    follow(sample);
+    follow(sample, passed);
     if (cutting_) cut_by_blades();
     place_patches();
     std::erase_if(sensors_, [](const Sensor& s) {

@@ -74,9 +74,11 @@ class TrackedBody {
                 const RigidTransform<ImageFrame, Reference>& image_from_reference,
                 MisplacedSensor misplaced = MisplacedSensor::refuse);
 
-    /// Computes a frame. Allocates nothing after the first frames, except when a patch is placed,
-    /// released or taken up again, and while a blade is near the organ.
-    const Frame& advance(const TrackerSample& sample, FrameLimits limits = {});
+    /// Computes a frame. Blades also cut where they were in the samples that were `passed` over
+    /// since the last frame. Allocates nothing after the first frames, except when a patch is
+    /// placed, released or taken up again, and while a blade is near the organ.
+    const Frame& advance(const TrackerSample& sample, FrameLimits limits = {},
+                         std::span<const TrackerSample> passed = {});
 
     /// Applies a changed scene: sensors, tools and fixed nodes, without reading a file. A sensor
     /// that was removed or changed releases its patch as a lost one does; new ones are placed
@@ -192,7 +194,7 @@ class TrackedBody {
     void follow_hand(Sensor& sensor);
     void find_shown(std::vector<RigidTransform<Tool, Tip>> tips);
     void begin_settling(const std::vector<std::uint8_t>& before);
-    void follow(const TrackerSample& sample);
+    void follow(const TrackerSample& sample, std::span<const TrackerSample> passed);
     void judge_slips();
     void note_others();
     std::optional<Eigen::Matrix3d> ring_response(const Sensor& sensor) const;

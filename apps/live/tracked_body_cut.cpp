@@ -52,7 +52,8 @@ PoseFollowerOptions of_two_tools(PoseFollowerOptions options) {
 }  // namespace
 
 /// Takes the poses of blade and reference sensor at the same time, as sensors on the organ do: what
-/// moves both cancels. Only while the reference is seen: a cut cannot be undone.
+/// moves both cancels. Only while the reference is seen: a cut cannot be undone. Cuts the body as
+/// it was shown last.
 void TrackedBody::follow_blades(
     const TrackerSample& sample,
     const std::optional<RigidTransform<Tracker, Reference>>& tracker_from_reference) {
@@ -81,19 +82,18 @@ void TrackedBody::follow_blades(
         edge = BladeEdge{image_from_tip * (*shown_[i].blade)[0],
                          image_from_tip * (*shown_[i].blade)[1]};
     }
+    c.cuts.follow(sample.time_s, c.edges, body_.mesh(), frame_.displacement);
 }
 
 void TrackedBody::cut_by_blades() {
     Cutting& c = *cutting_;
     c.replaced.reset();  // as a rule prepare_cut did
-    c.cuts.follow(frame_.time_s, c.edges, body_.mesh(), frame_.displacement);
     const bool has_told = std::exchange(frame_.blade_gaps, c.cuts.gaps()).count > 0;
     if (frame_.blade_gaps.count > 0 && !has_told)
         log_warning(fmt::format(
-            "a blade moved {:.0f} mm in the organ between two frames in which it was seen, too far "
-            "or "
-            "too late to be cut (limits: 20 mm; 0.25 s unseen, 0.5 s without a frame). Status line "
-            "and report count such gaps",
+            "a blade moved {:.0f} mm in the organ between two samples in which it was seen, too "
+            "far or too late to be cut (limits: 20 mm; 0.25 s unseen, 0.5 s without a sample). "
+            "Status line and report count such gaps",
             1e3 * frame_.blade_gaps.length));
     if (c.cuts.is_due(frame_.time_s)) {
         const double opens_s = c.cuts.begin();

@@ -88,8 +88,8 @@ std::string cuts_verdict(const Report& r) {
             "track.cut_interval_s.";
     if (c.gaps > 0)
         text += fmt::format(
-            " NOT cut: {}, {:.0f} mm in the organ in all, too long between two frames in which the "
-            "blade was seen.",
+            " NOT cut: {}, {:.0f} mm in the organ in all, too long between two samples in which "
+            "the blade was seen.",
             counted(c.gaps, "blade path"), c.gaps_mm);
     return text;
 }

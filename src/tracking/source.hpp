@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,6 +31,8 @@ struct StreamSample {
     double arrived_s = 0;      ///< arrival of the message that completed the sample, steady clock
     std::uint64_t number = 0;  ///< sequence number, from 1
 };
+/// Of TrackerSource::passed: more than a second at the rates of electromagnetic trackers.
+inline constexpr std::size_t max_passed = 64;
 using SampleListener = std::function<void(const StreamSample&)>;
 
 /// Current time of the clock of `arrived_s`.
@@ -51,7 +54,7 @@ struct SourceStatus {
 
 /// A source of tracker samples: a server on the network, a recording or a simulated tracker. The
 /// source's own thread leaves the newest sample in a mailbox; a consumer that calls `next` late
-/// skips the samples in between.
+/// skips the samples in between, of which `passed` has the newest.
 class TrackerSource {
   public:
     virtual ~TrackerSource() = default;
@@ -61,6 +64,9 @@ class TrackerSource {
     virtual const StreamSample* next();
     /// Like `next`, but returns nullptr at once if there is no new sample.
     const StreamSample* take();
+    /// The samples that were skipped before the one that `next` or `take` returned last, oldest
+    /// first; the newest max_passed at most. Valid as long as that one.
+    std::span<const TrackerSample> passed() const;
     /// Whether `next` would return at once.
     bool has_next() const { return mailbox_.has_new(); }
     virtual SourceStatus status() const = 0;
@@ -84,9 +90,17 @@ class TrackerSource {
   private:
     struct Posted {
         StreamSample sample;
+        std::vector<TrackerSample> passed;
         bool end = false;
     };
+    bool take_newest();
+
     Mailbox<Posted> mailbox_;
+    // The source's thread:
+    std::vector<TrackerSample> passed_;  ///< posted and, as far as is known, not taken
+    TrackerSample newest_;               ///< posted last
+    // The consumer's:
+    std::uint64_t taken_ = 0, taken_before_ = 0;  ///< numbers of the last two samples taken
 };
 
 }  // namespace livetet

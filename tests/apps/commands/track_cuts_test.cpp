@@ -163,6 +163,17 @@ TEST(TrackCuts, ACutIsRecordedReportedWarpedAndReplayed) {
     expect_warped_and_replayed(t, result);
 }
 
+/// Played so fast that samples are missed, which cut, too: a replay takes the same ones.
+TEST(TrackCuts, ARunThatMissesSamplesIsReplayed) {
+    CutWhileTracked t;
+    t.set_track(std::string("speed: 60, ") + scalpel);
+    write_sequence(t.folder / "press.igs.mha", t.recording);
+    ASSERT_EQ(livetet(t.folder, "track scene.yaml --json report.json").status, 0);
+    const auto report = nlohmann::json::parse(read_text_file(t.folder / "report.json"));
+    const auto replay = livetet(t.folder, "track --replay result.h5");
+    EXPECT_EQ(replay.status, 0) << replay.out << report["run"];
+}
+
 /// The same of tetrahedra on two levels, whose nodes move onto the cut. `nodes`: of the mesh as it
 /// was loaded.
 void expect_cut_of_tets(const CutWhileTracked& t, std::array<int, 3> cells, std::size_t nodes) {

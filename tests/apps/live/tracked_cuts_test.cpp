@@ -81,12 +81,13 @@ class BladeRun {
 
     /// Follows the sensor displaced by `pull` and the blade's middle at `blade`; none: not seen.
     const Frame& step(const Vector3& pull, const std::optional<Vector3>& blade = {}) {
-        time_s_ += blade_frame_s;
-        frame_ = &tracked_.advance(
-            {time_s_,
-             {pose_at(Vector3::Zero()), pose_at(BladeBlock::sensor_place() + pull),
-              blade ? pose_at(*blade) : TrackedPose{}}});
+        frame_ = &tracked_.advance(next_sample(pull, blade), {}, passed_);
+        passed_.clear();
         return *frame_;
+    }
+    /// A sample that no frame is computed for.
+    void miss(const Vector3& pull, const std::optional<Vector3>& blade) {
+        passed_.push_back(next_sample(pull, blade));
     }
     void rest(int frames, const Vector3& pull = Vector3::Zero()) {
         for (int k = 0; k < frames; ++k) step(pull);
@@ -114,6 +115,12 @@ class BladeRun {
     }
 
   private:
+    TrackerSample next_sample(const Vector3& pull, const std::optional<Vector3>& blade) {
+        time_s_ += blade_frame_s;
+        return {time_s_,
+                {pose_at(Vector3::Zero()), pose_at(BladeBlock::sensor_place() + pull),
+                 blade ? pose_at(*blade) : TrackedPose{}}};
+    }
     static MeshHierarchy with_scene_cuts(const BladeBlock& block) {
         return block.scene.cuts.empty() ? block.hierarchy
                                         : with_cuts(block.scene, MeshHierarchy(block.hierarchy));
@@ -121,6 +128,7 @@ class BladeRun {
     double time_s_ = 0;
     TrackedModel model_;
     TrackedBody tracked_;
+    std::vector<TrackerSample> passed_;
     const Frame* frame_ = nullptr;
 };
 
@@ -400,6 +408,30 @@ TEST(TrackedCuts, NothingIsCutWhereTheBladeOrTheReferenceWasNotSeen) {
     };
     for (double z = 0.07; z > 0.02; z -= 0.004) unseen(down_to(z));  // without the reference
     EXPECT_EQ(run.tracked().last().cut, nullptr);
+}
+
+/// Frames that take as long as eight samples: the blade goes down, then to the side, by 32 mm a
+/// frame.
+TEST(TrackedCuts, SamplesWithoutAFrameCut) {
+    const BladeBlock block;
+    BladeRun all(block), some(block), alone(block);
+    std::vector<Vector3> way;
+    for (int k = 0; k <= 10; ++k) way.push_back(above - Vector3(0, 0, 0.0035 * k));
+    for (int k = 1; k <= 6; ++k) way.push_back(way[10] + Vector3(0.0035 * k, 0, 0));
+    for (BladeRun* run : {&all, &some, &alone}) run->rest(30);
+    for (std::size_t k = 0; k < way.size(); ++k) {
+        all.step(Vector3::Zero(), way[k]);
+        const bool has_frame = k % 8 == 0;
+        if (has_frame) alone.step(Vector3::Zero(), way[k]);
+        has_frame ? (void)some.step(Vector3::Zero(), way[k]) : some.miss(Vector3::Zero(), way[k]);
+    }
+    for (BladeRun* run : {&all, &some, &alone}) run->rest(20);
+    ASSERT_NE(all.frame().cut, nullptr);
+    ASSERT_NE(some.frame().cut, nullptr);
+    EXPECT_EQ(some.frame().cut->parted, all.frame().cut->parted);
+    EXPECT_EQ(some.mesh().nodes.size(), all.mesh().nodes.size());
+    EXPECT_EQ(some.frame().blade_gaps.count, 0U);
+    EXPECT_GT(alone.frame().blade_gaps.count, 0U) << "else the samples between are not needed";
 }
 
 /// Samples decide, and no clock: the same samples give the same bits, on any number of threads.
