@@ -129,6 +129,7 @@ class ResultReader {
     std::vector<double> rows(const std::string& name, std::size_t columns) const {
         return file_.read<double>("rows/" + name, columns).values;
     }
+    bool has_rows(const std::string& name) const { return file_.has("rows/" + name); }
     bool has_values(const std::string& name) const { return file_.has("values/" + name); }
     std::vector<std::string> value_names() const { return file_.names("values"); }
     std::vector<std::string> field_names() const { return file_.names("fields"); }

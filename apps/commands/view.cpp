@@ -64,13 +64,17 @@ int view_scene(const ViewArguments& arguments, const std::vector<std::string>& p
                          if (!scene.track->targets.empty())
                              body.stated_places = surface_places(mesh);
                          tell_left_out(body);
+                         std::optional<double> cut_depth;
+                         if (scene.track->cut_by_hand_mm)
+                             cut_depth = 1e-3 * *scene.track->cut_by_hand_mm;
                          return std::make_unique<TrackView>(
                              std::move(body), stop,
                              TrackView::Options{
                                  arguments.needs_user() ? Surface::on_screen : Surface::off_screen,
                                  {arguments.size[0], arguments.size[1]},
                                  script,
-                                 arguments.screenshot});
+                                 arguments.screenshot,
+                                 cut_depth});
                      });
 }
 

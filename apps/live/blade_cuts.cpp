@@ -66,11 +66,38 @@ void BladeCuts::follow(double time_s, std::span<const std::optional<BladeEdge>> 
         }
         TriangleMesh swept = near_body(sweeps_[i].follow(time_s, edges[i], rest_place));
         count_gap(sweeps_[i]);
-        if (!begun_s_)
-            take(time_s, swept);
-        else if (!swept.triangles.empty())
-            waiting_.emplace_back(time_s, std::move(swept));
+        take_now_or_later(time_s, std::move(swept));
     }
+}
+
+bool BladeCuts::cut_along(double time_s, std::span<const BladeEdge> line, const TetMesh& mesh,
+                          std::span<const Vector3> displacement) {
+    bool parts = false;
+    BladeSweep sweep(sweep_options_);
+    const auto rest_place = [&](const Vector3& y) {
+        return cuttable_->rest_place(y, mesh, displacement);
+    };
+    for (std::size_t k = 0; k < line.size(); ++k) {
+        const BladeEdge &from = line[k > 0 ? k - 1 : 0], &to = line[k];
+        const double way = std::max((to[0] - from[0]).norm(), (to[1] - from[1]).norm());
+        const int steps = std::max(1, static_cast<int>(2 * way / sweep_options_.longest_step));
+        for (int step = 1; step <= steps; ++step) {
+            const double s = static_cast<double>(step) / steps;
+            const BladeEdge edge{from[0] + s * (to[0] - from[0]), from[1] + s * (to[1] - from[1])};
+            const TriangleMesh swept = near_body(sweep.follow(time_s, edge, rest_place));
+            parts = take_now_or_later(time_s, swept) || parts;
+        }
+    }
+    return parts;
+}
+
+/// While an opening is prepared, what is cut waits for the next. Returns whether it parts cells; if
+/// it waits, whether it may.
+bool BladeCuts::take_now_or_later(double time_s, TriangleMesh swept) {
+    if (!begun_s_) return take(time_s, swept);
+    if (swept.triangles.empty()) return false;
+    waiting_.emplace_back(time_s, std::move(swept));
+    return true;
 }
 
 /// Length in the body of the straight way across a gap, m: the most of any point of the blade, each
@@ -106,8 +133,10 @@ void BladeCuts::count_gap(const BladeSweep& sweep) {
     gaps_.length += length;
 }
 
-void BladeCuts::take(double time_s, const TriangleMesh& swept) {
-    if (cuttable_->cut(swept) > 0 && !pending_s_) pending_s_ = time_s;
+bool BladeCuts::take(double time_s, const TriangleMesh& swept) {
+    if (cuttable_->cut(swept) == 0) return false;
+    if (!pending_s_) pending_s_ = time_s;
+    return true;
 }
 
 bool BladeCuts::is_due(double time_s) const {

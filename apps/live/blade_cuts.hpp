@@ -58,6 +58,10 @@ class BladeCuts {
     /// and `displacement`, one a node, m: now. Allocates, if a blade is near the organ.
     void follow(double time_s, std::span<const std::optional<BladeEdge>> edges, const TetMesh& mesh,
                 std::span<const Vector3> displacement);
+    /// Cuts along a line at once: from each edge straight to the next. Returns false if it parts no
+    /// cells. Allocates.
+    bool cut_along(double time_s, std::span<const BladeEdge> line, const TetMesh& mesh,
+                   std::span<const Vector3> displacement);
     /// From the next frame on, the blades are others: all sweeps begin anew.
     void change_blades() { sweeps_.clear(); }
 
@@ -86,7 +90,8 @@ class BladeCuts {
     bool is_waiting() const { return pending_s_ || begun_s_; }
 
   private:
-    void take(double time_s, const TriangleMesh& swept);
+    bool take(double time_s, const TriangleMesh& swept);
+    bool take_now_or_later(double time_s, TriangleMesh swept);
     void end();
     double length_inside(const BladeGap& gap) const;
     void count_gap(const BladeSweep& sweep);

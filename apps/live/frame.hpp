@@ -30,6 +30,12 @@ struct HandPull {
     Vector3 base = Vector3::Zero(), to = Vector3::Zero();
 };
 
+/// A line drawn by hand over the organ as it is shown: the edges of a blade that is led along it
+/// (image frame, m).
+struct HandCut {
+    std::vector<BladeEdge> edges;
+};
+
 /// Result of a frame, without its displacement.
 struct FrameState {
     double time_s = 0;   ///< the sample's own time stamp
@@ -42,9 +48,10 @@ struct FrameState {
     std::vector<TrackedPose> image_from_tool;  ///< in the order of TrackedBody::tools
     std::vector<PoseQuality> pose_quality;     ///< of the reference, then of the sensors
     std::optional<HandPull> pull{};
-    std::shared_ptr<const CutMesh> cut{};  ///< the frame's mesh; none: as it was loaded
-    BladeGaps blade_gaps{};                ///< so far
-    bool cut_waits = false;                ///< something was cut that has not opened yet
+    std::shared_ptr<const HandCut> hand_cut{};  ///< of this frame
+    std::shared_ptr<const CutMesh> cut{};       ///< the frame's mesh; none: as it was loaded
+    BladeGaps blade_gaps{};                     ///< so far
+    bool cut_waits = false;                     ///< something was cut that has not opened yet
     FrameStatement statement;
     std::size_t turned_elements = 0;  ///< as TurnedElements counts them
     StepReport step;

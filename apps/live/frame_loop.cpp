@@ -108,7 +108,10 @@ void run_frames(Scene& scene, TrackerSource& source, TrackedBody& tracked, Recor
             take_changes(*change, scene, tracked, counts);
         FrameLimits limits{.ahead_s = ahead_of_next(*scene.track, plan, latency)};
         if (plan.budget_s) limits.deadline = Deadline::after(start, *plan.budget_s);
-        if (plan.observer) tracked.pull(plan.observer->pull());
+        if (plan.observer) {
+            tracked.pull(plan.observer->pull());
+            tracked.cut_by_hand(plan.observer->cut());
+        }
         const Frame& frame =
             tracked.advance(sample->sample, limits,
                             counts.frames > 0 ? source.passed() : std::span<const TrackerSample>{});

@@ -17,13 +17,15 @@ namespace livetet {
 /// be set during a run, their arrival times.
 enum class SampleClock { own, arrival };
 
-/// Observes the frames of a run, and may pull a marker. Called from the simulation thread, so no
-/// function but `finish` may wait.
+/// Observes the frames of a run, and may pull a marker and cut. Called from the simulation thread,
+/// so no function but `finish` may wait.
 class FrameObserver {
   public:
     virtual ~FrameObserver() = default;
     /// The marker that the user pulls, for the next frame; none: nothing is pulled.
     virtual std::optional<HandPull> pull() = 0;
+    /// A line that the user has drawn since the last frame; none: none was drawn.
+    virtual std::shared_ptr<const HandCut> cut() { return {}; }
     virtual void on_frame(const Frame& frame, const TrackedBody& tracked,
                           const StreamSample& sample) = 0;
     /// Called after the last frame; may wait for a user who goes on looking. Throws Error if

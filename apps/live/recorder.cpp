@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "apps/live/statement_record.hpp"
@@ -34,6 +35,10 @@ std::uint64_t whole_number(double x, double max, const char* what, const std::st
         fail("{}: found {} = {}, expected a whole number up to {:g}", source, what, x, max);
     return static_cast<std::uint64_t>(x);
 }
+
+/// The edges of FrameState::hand_cut: the frame's sample, then both ends.
+constexpr const char* hand_cut_table = "hand_cuts";
+constexpr std::size_t hand_cut_columns = 7;
 
 constexpr double max_samples = 9007199254740992;  // 2^53: a double represents all smaller integers
 
@@ -182,9 +187,36 @@ void Recorder::take_mesh(const FrameState& frame) {
     cut_ = frame.cut;
 }
 
+namespace {
+
+void append_hand_cut(ResultWriter& result, std::uint64_t sample, const HandCut& cut) {
+    for (const auto& [a, b] : cut.edges)
+        result.append_row(hand_cut_table, {{static_cast<double>(sample), a.x(), a.y(), a.z(), b.x(),
+                                            b.y(), b.z()}});
+}
+
+/// Gives each frame the line that was cut in it.
+void read_hand_cuts(const ResultReader& reader, const std::string& source, RecordedRun& run) {
+    if (!reader.has_rows(hand_cut_table)) return;
+    const std::vector<double> rows = reader.rows(hand_cut_table, hand_cut_columns);
+    std::map<std::uint64_t, HandCut> cuts;
+    for (const double* v = rows.data(); v < rows.data() + rows.size(); v += hand_cut_columns) {
+        if (!std::all_of(v, v + hand_cut_columns, [](double x) { return std::isfinite(x); }))
+            fail("{}: a line drawn by hand is not finite", source);
+        cuts[whole_number(v[0], max_samples, "sample", source)].edges.push_back(
+            {Vector3(v[1], v[2], v[3]), Vector3(v[4], v[5], v[6])});
+    }
+    for (RecordedRun::FrameRecord& frame : run.frames)
+        if (const auto cut = cuts.find(frame.sample); cut != cuts.end())
+            frame.cut = std::make_shared<const HandCut>(cut->second);
+}
+
+}  // namespace
+
 void Recorder::write_frame(const KeptFrame& kept) {
     ResultWriter& result = *files_.result;
     const Frame& f = kept.frame;
+    if (f.hand_cut) append_hand_cut(result, kept.sample, *f.hand_cut);
     result.append(f.time_s, f.displacement);
     result.append_values("tracker_from_image", matrix_rows(f.tracker_from_image.rotation,
                                                            f.tracker_from_image.translation));
@@ -290,6 +322,7 @@ RecordedRun read_recorded_run(const ResultReader& reader, const std::string& sou
                 static_cast<int>(whole_number(solves[2 * i], 1e6, "iterations", source)),
                 solves[2 * i + 1] != 0};
     }
+    read_hand_cuts(reader, source, run);
     return run;
 }
 

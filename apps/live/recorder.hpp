@@ -108,7 +108,8 @@ struct RecordedRun {
         std::uint64_t sample = 0;
         std::array<SolveRecord, max_recorded_solves> solves{};
         std::uint32_t checksum = 0;
-        std::optional<HandPull> pull{};   ///< none in older files
+        std::optional<HandPull> pull{};  ///< none in older files
+        std::shared_ptr<const HandCut> cut{};
         std::optional<double> ahead_s{};  ///< as FrameState has it; none in older files
     };
     std::vector<StreamSample> samples;

@@ -142,6 +142,7 @@ ReplayReport replay_run(const std::filesystem::path& path, const ProgressCallbac
             fail("{}: frame {} was made of sample {}, which was not kept", source, k,
                  recorded.sample);
         tracked.pull(recorded.pull);
+        tracked.cut_by_hand(recorded.cut);
         const Frame& frame = tracked.advance(
             sample->sample, {.as_done = &recorded.solves, .ahead_s = recorded.ahead_s},
             passed_before(run, k));

@@ -138,6 +138,7 @@ void TrackedBody::follow(const TrackerSample& sample, std::span<const TrackerSam
             earlier, is_usable(then) ? std::optional(tracker_from<Reference>(then)) : std::nullopt);
     }
     follow_blades(sample, tracker_from_reference);
+    follow_hand_cut();
 }
 
 const Frame& TrackedBody::advance(const TrackerSample& sample, FrameLimits limits,

@@ -91,6 +91,10 @@ class TrackedBody {
     /// if `pull` is empty. A base more than `farthest_from_organ` off the surface moves nothing.
     void pull(const std::optional<HandPull>& pull);
 
+    /// The next frame cuts along a line; none: along none. Only for scenes with
+    /// track.cut_by_hand_mm.
+    void cut_by_hand(std::shared_ptr<const HandCut> cut);
+
     /// From the next frame on, frames state the errors at the scene's targets. `registration`: the
     /// error of image_from_reference; none: not known.
     void state_errors(std::unique_ptr<ErrorStatement> statement,
@@ -213,6 +217,7 @@ class TrackedBody {
     void follow_blades(
         const TrackerSample& sample,
         const std::optional<RigidTransform<Tracker, Reference>>& tracker_from_reference);
+    void follow_hand_cut();
     void cut_by_blades();
     void restart_opening();
     void open_cut();

@@ -64,8 +64,8 @@ void TrackedBody::change(SceneChange&& change) {
     for (const ToolOptions& tool : next.track->tools) (void)find_tool_(tool.tool);
     if (!cutting_ && has_blades(*next.track))
         fail(
-            "track.tools: blade_mm: found a blade in a run that began without one, expected it "
-            "from the start");
+            "track.tools: blade_mm, or track.cut_by_hand_mm: found in a run that began without, "
+            "expected one of them from the start");
     std::optional<SceneConstraints> on_cut_mesh;  // else those of the change do
     std::vector<FixOptions> fix = fix_of_change(change);
     if (frame_.cut && fix_changed) {

@@ -23,8 +23,8 @@ void TrackedBody::check_ten_node_tets_can_be_cut() const {
     if (solver.is_mixed()) refuse_blade_in_mixed_form();
     if (body_.hierarchy.levels.size() < 2)
         fail(
-            "elements = P2: found with a blade (track.tools: blade_mm) and the solver {}, expected "
-            "P1, or solver.kind: live",
+            "elements = P2: found with a blade (track.tools: blade_mm, or track.cut_by_hand_mm) "
+            "and the solver {}, expected P1, or solver.kind: live",
             solver.name());
 }
 
@@ -83,6 +83,17 @@ void TrackedBody::follow_blades(
                          image_from_tip * (*shown_[i].blade)[1]};
     }
     c.cuts.follow(sample.time_s, c.edges, body_.mesh(), frame_.displacement);
+}
+
+void TrackedBody::cut_by_hand(std::shared_ptr<const HandCut> cut) {
+    frame_.hand_cut = std::move(cut);
+}
+
+void TrackedBody::follow_hand_cut() {
+    if (!frame_.hand_cut) return;
+    if (!cutting_->cuts.cut_along(frame_.time_s, frame_.hand_cut->edges, body_.mesh(),
+                                  frame_.displacement))
+        log_warning("the line that was drawn parts no cells of the body");
 }
 
 void TrackedBody::cut_by_blades() {

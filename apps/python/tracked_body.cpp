@@ -140,8 +140,8 @@ class PyTrackedBody : public Closable {
     void make(Watch& watch) {
         if (has_blades(*scene_.track))
             fail(
-                "track.tools: blade_mm: the body of Python is not cut while it is tracked, "
-                "expected tools without a blade (`livetet track` follows blades)");
+                "track.tools: blade_mm, or track.cut_by_hand_mm: the body of Python is not cut "
+                "while it is tracked, expected neither (`livetet track` follows blades)");
         const SceneOptions options(scene_.solver.petsc_options);
         const FiducialRegistration registration = read_registration(scene_.track->registration);
         const auto image_from_reference = rigid_registration(registration, *scene_.track);

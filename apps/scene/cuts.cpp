@@ -258,8 +258,8 @@ std::string pieces_text(const std::vector<MeshPiece>& pieces) {
 
 void refuse_blade_in_mixed_form() {
     fail(
-        "elements = P2: found with a blade (track.tools: blade_mm) in the mixed form, expected P1, "
-        "or formulation: displacement");
+        "elements = P2: found with a blade (track.tools: blade_mm, or track.cut_by_hand_mm) in the "
+        "mixed form, expected P1, or formulation: displacement");
 }
 
 void check_can_be_cut(const Scene& scene) {

@@ -142,8 +142,9 @@ void finish_scene(Scene& scene, const KeyPlaces& places, const std::filesystem::
         fail("free_pieces: applies to what cuts free, expected cuts ({})", places("free_pieces"));
     if (scene.free_pieces == FreePieces::leave_out && has_blade)
         fail(
-            "free_pieces: leave_out with blade_mm in track.tools: a mesh loses no cells while it "
-            "is tracked, expected keep, or refuse for the cuts made at the start ({})",
+            "free_pieces: leave_out with blade_mm in track.tools or track.cut_by_hand_mm: a mesh "
+            "loses no cells while it is tracked, expected keep, or refuse for the cuts made at the "
+            "start ({})",
             places("free_pieces"));
     if (scene.track) check_track(*scene.track, places);
     if (scene.deform) check_deform(*scene.deform, places);

@@ -71,6 +71,7 @@ struct TrackOptions {
     std::vector<SensorOptions> sensors{SensorOptions{}};
     std::vector<ToolOptions> tools;
     double cut_interval_s = 0.5;
+    std::optional<double> cut_by_hand_mm{};
     std::vector<TargetOptions> targets;
     double base_window_s = 1;
     double hold_s = 0.5;
@@ -89,10 +90,11 @@ struct TrackOptions {
     std::optional<PublishOptions> publish;
 };
 
-/// Whether a tool has a blade.
+/// Whether the body may be cut while it is tracked: by a tool's blade, or by hand.
 inline bool has_blades(const TrackOptions& track) {
-    return std::ranges::any_of(track.tools,
-                               [](const ToolOptions& tool) { return tool.blade_mm.has_value(); });
+    return track.cut_by_hand_mm || std::ranges::any_of(track.tools, [](const ToolOptions& tool) {
+               return tool.blade_mm.has_value();
+           });
 }
 
 template <class Visitor>
@@ -156,6 +158,23 @@ void visit_fields(Visitor& v, PublishOptions& o) {
     v.field("surface", o.surface, "", "name of the organ's surface");
 }
 
+/// What is shown, and what cuts.
+template <class Visitor>
+void visit_blades(Visitor& v, TrackOptions& t) {
+    v.list("tools", t.tools, "tools shown in the image. May be changed in the file during a run");
+    v.field(
+        "cut_interval_s", t.cut_interval_s, "s",
+        "a cut opens within this time after the blade, by the samples' clock: what is cut in its "
+        "first half opens together at its end, and is prepared in its second half, between "
+        "frames; 0: in the frame of the blade",
+        within({0, 60}));
+    v.field(
+        "cut_by_hand_mm", t.cut_by_hand_mm, "mm",
+        "lines that are drawn in `livetet view SCENE` cut so deep: over the organ from its surface "
+        "on, away from the viewer; over a slice half of it to each side; none: they do not",
+        within({0.1, 1000}));
+}
+
 template <class Visitor>
 void visit_fields(Visitor& v, TrackOptions& t) {
     v.field("source", t.source, "",
@@ -172,13 +191,7 @@ void visit_fields(Visitor& v, TrackOptions& t) {
     v.list("sensors", t.sensors,
            "the sensors that move the surface; where patches overlap, the mean is used. May be "
            "changed in the file during a run");
-    v.list("tools", t.tools, "tools shown in the image. May be changed in the file during a run");
-    v.field(
-        "cut_interval_s", t.cut_interval_s, "s",
-        "a cut opens within this time after the blade, by the samples' clock: what is cut in its "
-        "first half opens together at its end, and is prepared in its second half, between "
-        "frames; 0: in the frame of the blade",
-        within({0, 60}));
+    visit_blades(v, t);
     v.list("targets", t.targets,
            "what each frame states the error of: each by point_mm, points, or a selection of nodes "
            "(of a region, the worst place counts); none: no error statement");

@@ -75,6 +75,7 @@ struct ShownMoment {
     std::vector<ShownTarget> targets;
     SurfaceStatement stated;  ///< at ShownBody::stated_places; without radii: unknown
     std::optional<HandPull> pull;
+    std::vector<Vector3> drawn;  ///< points of a line that is being drawn by hand
     std::string text;            ///< a line of text on the frame
     bool keeps_numbers = false;  ///< texts are not redrawn: nobody reads 25 numbers a second
 };

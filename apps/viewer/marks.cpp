@@ -130,6 +130,8 @@ void MarksView::show(const ShownMoment& moment) {
         pulled = {moment.pull->base, moment.pull->to};
         line(moment.pull->base, moment.pull->to, mark_colour::pull);
     }
+    for (std::size_t k = 1; k < moment.drawn.size(); ++k)
+        line(moment.drawn[k - 1], moment.drawn[k], mark_colour::pull);
     labels_.end();
     for (const auto& [dots, places] : {std::pair(&fixed_, &fixed),
                                        {&patches_, &patches},

@@ -200,6 +200,9 @@ void SliceView::draw_lines(const ShownMoment& moment, const Vector3& cross) {
         lines.add_cross(pixel(moment.pull->base), size, 2, mark_colour::pull);
         lines.add(pixel(moment.pull->base), pixel(moment.pull->to), mark_colour::pull);
     }
+    for (std::size_t k = 1; k < moment.drawn.size(); ++k)
+        if (is_near(moment.drawn[k - 1]) && is_near(moment.drawn[k]))
+            lines.add(pixel(moment.drawn[k - 1]), pixel(moment.drawn[k]), mark_colour::pull);
     lines.put_into(lines_);
 }
 

@@ -44,6 +44,10 @@ std::optional<HandPull> TrackView::pull() {
     return pull_;
 }
 
+std::shared_ptr<const HandCut> TrackView::cut() {
+    return cuts_.take() ? cuts_.incoming() : nullptr;
+}
+
 void TrackView::on_frame(const Frame& frame, const TrackedBody& tracked, const StreamSample&) {
     Seen& seen = frames_.outgoing();
     seen.frame = frame;
@@ -78,6 +82,11 @@ void TrackView::lead(ViewWindow& window) {
     window.handlers.pull = [this](const std::optional<HandPull>& pull) {
         pulls_.outgoing() = pull;
         pulls_.post();
+    };
+    window.set_cut_depth(options_.cut_depth);
+    window.handlers.cut = [this](const HandCut& cut) {
+        cuts_.outgoing() = std::make_shared<const HandCut>(cut);
+        cuts_.post();
     };
     if (options_.script) {
         const Stage stage{{}, {}, [&](double seconds) {

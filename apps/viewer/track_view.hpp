@@ -23,12 +23,14 @@ class TrackView : public FrameObserver {
         std::array<int, 2> size{1280, 800};
         std::optional<ViewScript> script{};  ///< its end closes the window
         std::filesystem::path screenshot{};  ///< written at the end; empty: none
+        std::optional<double> cut_depth{};   ///< of lines drawn by hand, m; none: nothing is cut
     };
     /// `stop`: stops the run; requested when the window is closed.
     TrackView(ShownBody body, const StopSource& stop, Options options);
     ~TrackView() override;
 
     std::optional<HandPull> pull() override;
+    std::shared_ptr<const HandCut> cut() override;
     void on_frame(const Frame& frame, const TrackedBody& tracked,
                   const StreamSample& sample) override;
     /// Waits until the user closes the window or the script ends; off screen without a script, not
@@ -61,6 +63,7 @@ class TrackView : public FrameObserver {
     Mailbox<Seen> frames_;
     Mailbox<std::optional<HandPull>> pulls_;
     std::optional<HandPull> pull_;  ///< used by the simulation's thread only
+    Mailbox<std::shared_ptr<const HandCut>> cuts_;
     std::atomic<bool> run_over_{false}, abandoned_{false};
     std::atomic<std::size_t> pictures_{0};
     std::atomic<double> picture_s_{0};

@@ -17,6 +17,7 @@
 #include "apps/viewer/colours.hpp"
 #include "apps/viewer/lines.hpp"
 #include "base/error.hpp"
+#include "base/log.hpp"
 
 namespace livetet {
 
@@ -29,8 +30,11 @@ constexpr int text_font = 14, help_font = 11;  ///< pixels
 
 constexpr const char* help_text =
     "space play   left/right step   c colour   d rest/deformed   v volume   r reset   s screenshot "
-    "  x let go   q quit      "
+    "  x let go   k knife   q quit      "
     "slices: left cross-hair, right window and level, wheel through, shift+left (or middle) pull";
+constexpr const char* knife_text =
+    "knife: the left button draws a line, over the organ or a slice, along which the organ is cut; "
+    "k puts the knife away";
 
 }  // namespace
 
@@ -139,7 +143,20 @@ void ViewWindow::change_body(ShownMoment first) {
     show(std::move(first));
 }
 
+void ViewWindow::take_knife() {
+    if (!hand_.cut_depth) {
+        log_warning(
+            "nothing is cut here, expected livetet view SCENE, and track.cut_by_hand_mm in the "
+            "scene");
+        return;
+    }
+    hand_.has_knife = !hand_.has_knife;
+    help_->SetInput(hand_.has_knife ? knife_text : help_text);
+    changed_ = true;
+}
+
 void ViewWindow::show(ShownMoment moment) {
+    moment.drawn = std::move(moment_.drawn);
     moment_ = std::move(moment);
     stale_ = true;
 }

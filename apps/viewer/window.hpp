@@ -39,7 +39,8 @@ class ViewWindow {
         std::function<void(int)> step;     ///< by this number of frames
         std::function<void(double)> seek;  ///< to this share of the time line
         std::function<void(const std::optional<HandPull>&)>
-            pull;  ///< a marker is pulled, or released
+            pull;                                 ///< a marker is pulled, or released
+        std::function<void(const HandCut&)> cut;  ///< a line was drawn
     };
 
     /// `body` must outlive it; see change_body.
@@ -79,6 +80,8 @@ class ViewWindow {
     /// Sets a marker as the mouse would: `base`, and where it is pulled to.
     void pull(const Vector3& base, const Vector3& to);
     void release();
+    /// Lets the user draw lines that cut so deep, m; none: says that nothing can be cut.
+    void set_cut_depth(std::optional<double> depth) { hand_.cut_depth = depth; }
 
     /// The shown state as JSON: time, largest displacement, cross-hair (mm), window and level,
     /// marker, sensors, targets, stated error over the surface.
@@ -103,6 +106,15 @@ class ViewWindow {
     bool mouse_down(MouseButton button, bool shift, int x, int y);
     bool mouse_move(int x, int y);
     bool mouse_up();
+    void take_knife();
+    /// The edge of a blade that cuts at these pixels, and the point that is drawn there.
+    struct KnifePlace {
+        BladeEdge edge;
+        Vector3 shown;
+    };
+    std::optional<KnifePlace> knife_at(int x, int y);
+    void draw_line_to(int x, int y);
+    void end_line();
     bool wheel(int steps, int x, int y);
     void add_strip();
     /// Arranges the parts if the window has a new size.
@@ -131,7 +143,7 @@ class ViewWindow {
     } turns_;
     std::array<int, 2> arranged_{0, 0};  ///< the window's size, pixels
 
-    enum class Doing { nothing, crossing, windowing, pulling, seeking };
+    enum class Doing { nothing, crossing, windowing, pulling, cutting, seeking };
     /// A drag of the mouse.
     struct Drag {
         Doing doing = Doing::nothing;
@@ -139,8 +151,15 @@ class ViewWindow {
         std::array<int, 2> last{0, 0};
     };
     Drag drag_;
-    std::optional<HandPull> pull_;
-    int pulls_ = 0;
+    /// The marker that is pulled, and the knife.
+    struct Hand {
+        std::optional<HandPull> pull;
+        int pulls = 0;
+        std::optional<double> cut_depth{};  ///< m
+        bool has_knife = false;             ///< the left button draws a line
+        HandCut line{};                     ///< as far as it is drawn
+    };
+    Hand hand_;
 };
 
 }  // namespace livetet

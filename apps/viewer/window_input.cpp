@@ -1,4 +1,6 @@
 #include <vtkCallbackCommand.h>
+#include <vtkCamera.h>
+#include <vtkCellPicker.h>
 #include <vtkGenericRenderWindowInteractor.h>
 #include <vtkInteractorStyleTrackballCamera.h>
 #include <vtkObjectFactory.h>
@@ -140,6 +142,11 @@ bool ViewWindow::mouse_down(MouseButton button, bool shift, int x, int y) {
         return mouse_move(x, y);
     }
     drag_.slice = slices_ ? slices_->of(under) : nullptr;
+    if (hand_.has_knife && button == MouseButton::left) {
+        drag_.doing = Doing::cutting;
+        hand_.line.edges.clear();
+        return mouse_move(x, y);
+    }
     if (!drag_.slice) return false;
     if (button == MouseButton::right) {
         drag_.doing = Doing::windowing;
@@ -147,7 +154,8 @@ bool ViewWindow::mouse_down(MouseButton button, bool shift, int x, int y) {
         drag_.doing = Doing::crossing;
     } else {
         drag_.doing = Doing::pulling;
-        pull_ = HandPull{++pulls_, drag_.slice->point_at(x, y), drag_.slice->point_at(x, y)};
+        hand_.pull =
+            HandPull{++hand_.pulls, drag_.slice->point_at(x, y), drag_.slice->point_at(x, y)};
     }
     return mouse_move(x, y);
 }
@@ -173,8 +181,11 @@ bool ViewWindow::mouse_move(int x, int y) {
             break;
         }
         case Doing::pulling:
-            pull_->to = drag_.slice->point_at(x, y);
-            if (handlers.pull) handlers.pull(pull_);
+            hand_.pull->to = drag_.slice->point_at(x, y);
+            if (handlers.pull) handlers.pull(hand_.pull);
+            break;
+        case Doing::cutting:
+            draw_line_to(x, y);
             break;
     }
     drag_.last = {x, y};
@@ -183,8 +194,49 @@ bool ViewWindow::mouse_move(int x, int y) {
 
 bool ViewWindow::mouse_up() {
     const bool ours = drag_.doing != Doing::nothing;
+    if (drag_.doing == Doing::cutting) end_line();
     drag_.doing = Doing::nothing;
     return ours;
+}
+
+/// In a slice the edge is across it. Over the organ it begins a little above the surface, where the
+/// ray of sight meets it, and goes along the ray.
+std::optional<ViewWindow::KnifePlace> ViewWindow::knife_at(int x, int y) {
+    constexpr double above = 0.002;
+    const double depth = *hand_.cut_depth;
+    if (drag_.slice) {
+        const Vector3 at = drag_.slice->point_at(x, y);
+        const Vector3 half = 0.5 * depth * Vector3::Unit(drag_.slice->axis());
+        return KnifePlace{{at - half, at + half}, at};
+    }
+    vtkNew<vtkCellPicker> picker;
+    picker->AddPickList(organ_->actor());
+    picker->PickFromListOn();
+    if (picker->Pick(x, y, 0, organ_renderer_) == 0) return {};
+    const Vector3 at = 1e-3 * Vector3(picker->GetPickPosition());
+    const Vector3 eye = 1e-3 * Vector3(organ_renderer_->GetActiveCamera()->GetPosition());
+    const Vector3 ahead = (at - eye).normalized(), begin = at - above * ahead;
+    return KnifePlace{{begin, at + depth * ahead}, begin};
+}
+
+void ViewWindow::draw_line_to(int x, int y) {
+    constexpr double shortest_step = 5e-4;
+    const auto at = knife_at(x, y);
+    if (!at) return;
+    if (!moment_.drawn.empty() && (at->shown - moment_.drawn.back()).norm() < shortest_step) return;
+    hand_.line.edges.push_back(at->edge);
+    moment_.drawn.push_back(at->shown);
+    renew();
+}
+
+void ViewWindow::end_line() {
+    if (slices_ && drag_.slice && !slices_->is_deformed())
+        log_warning("slices at rest cannot be cut, expected deformed ones (d)");
+    else if (hand_.line.edges.size() > 1 && handlers.cut)
+        handlers.cut(hand_.line);
+    hand_.line.edges.clear();
+    moment_.drawn.clear();
+    renew();
 }
 
 bool ViewWindow::wheel(int steps, int x, int y) {
@@ -195,14 +247,14 @@ bool ViewWindow::wheel(int steps, int x, int y) {
 }
 
 void ViewWindow::pull(const Vector3& base, const Vector3& to) {
-    if (!pull_ || pull_->base != base) pull_ = HandPull{++pulls_, base, base};
-    pull_->to = to;
-    if (handlers.pull) handlers.pull(pull_);
+    if (!hand_.pull || hand_.pull->base != base) hand_.pull = HandPull{++hand_.pulls, base, base};
+    hand_.pull->to = to;
+    if (handlers.pull) handlers.pull(hand_.pull);
 }
 
 void ViewWindow::release() {
-    pull_.reset();
-    if (handlers.pull) handlers.pull(pull_);
+    hand_.pull.reset();
+    if (handlers.pull) handlers.pull(hand_.pull);
 }
 
 void ViewWindow::drag(MouseButton button, std::array<int, 2> from, std::array<int, 2> to) {
@@ -232,6 +284,7 @@ void ViewWindow::press_key(const std::string& key) {
     if (key == "v") set_volume(volume_ && !volume_->is_visible());
     if (key == "r") reset();
     if (key == "x") release();
+    if (key == "k") take_knife();
     if (key == "q" || key == "Escape") closed_ = true;
     if (key == "s") {
         const auto file = free_name();

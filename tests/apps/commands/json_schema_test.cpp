@@ -105,6 +105,7 @@ std::string complete_scene() {
     track.sensors[0].place_mm = Eigen::Vector3d(1, 2, 3);
     track.sensors[0].stiffness_N_per_m = 10;
     track.tools.emplace_back().blade_mm = {0, -40, 0, 0, 40, 0};
+    track.cut_by_hand_mm = 30;
     static_cast<SelectionOptions&>(track.targets.emplace_back()) = nodes;
     track.targets[0].point_mm = Eigen::Vector3d(1, 2, 3);
     track.smoothing_Hz = 1;

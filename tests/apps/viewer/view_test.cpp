@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -352,6 +353,54 @@ TEST(View, ALiveRunIsPulledByHandAndItsReplayIsTheSame) {
     for (std::size_t k = 0; k < reader.frame_count(); ++k)
         deepest = std::min(deepest, reader.displacement(k)[node].z());
     EXPECT_NEAR(deepest, -0.008, 1e-5);
+}
+
+TEST(View, ALiveRunIsCutAlongDrawnLines) {
+    Viewed viewed;
+    viewed.tracker.rest_s = 6;
+    viewed.record();
+    viewed.set_track("cut_by_hand_mm: 30, cut_interval_s: 0.2");
+    viewed.name_image();
+    test::write_text(viewed.folder / "cut.txt",
+                     "play 1.5\nkey k\ndrag left 215 330 215 130\nplay 1\n"
+                     "drag left 20 380 40 380\nplay 0.5\nscreenshot organ.png\n"
+                     "drag left 500 260 500 170\nplay 1\nkey k\nscreenshot slice.png\n");
+    write_sequence(viewed.folder / "press.igs.mha", viewed.recording);
+    const auto outcome =
+        livetet(viewed.folder, "view scene.yaml --script cut.txt --off-screen --size 640 400",
+                with_display);
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(outcome.err.find("nothing is cut here"), std::string::npos) << outcome.err;
+
+    // A line over the organ, and one in the coronal slice; the one beside the organ cuts nothing.
+    const ResultReader reader(viewed.folder / "result.h5");
+    const std::vector<double> edges = reader.rows("hand_cuts", 7);
+    std::map<double, int> lines;
+    for (std::size_t k = 0; k < edges.size(); k += 7) {
+        ++lines[edges[k]];
+        const Vector3 along(edges[k + 4] - edges[k + 1], edges[k + 5] - edges[k + 2],
+                            edges[k + 6] - edges[k + 3]);
+        if (lines.size() == 2) {
+            EXPECT_LT((along.cwiseAbs() - Vector3(0, 0.03, 0)).norm(), 1e-9);
+        } else {
+            EXPECT_NEAR(along.norm(), 0.032, 1e-9) << "from 2 mm above the surface";
+        }
+    }
+    ASSERT_EQ(lines.size(), 2U);
+    EXPECT_GT(reader.mesh().nodes.size(), reader.first_mesh().nodes.size() + 8);
+    const auto replayed = livetet(viewed.folder, "track --replay result.h5");
+    EXPECT_EQ(replayed.status, 0) << replayed.out << replayed.err;
+}
+
+TEST(View, TheKnifeIsOfRunsThatMayBeCut) {
+    Viewed viewed;
+    (void)viewed.run();
+    const auto outcome = viewed.script("key k\ndrag left 215 330 215 130\ntell\n", "--off-screen");
+    EXPECT_EQ(outcome.status, 0);
+    EXPECT_NE(outcome.err.find("nothing is cut here, expected livetet view SCENE, and "
+                               "track.cut_by_hand_mm"),
+              std::string::npos)
+        << outcome.err;
 }
 
 TEST(View, WithoutAnImageSlicesAreLeftOutAndSaid) {
