@@ -22,15 +22,20 @@ bool has_converged(const ResultReader& result, const std::string& file) {
     return found->get<bool>();
 }
 
+std::string cells_text(const TetMesh& mesh) {
+    return mesh.hexahedra.empty() ? fmt::format("{} tets", mesh.tets.size())
+                                  : fmt::format("{} hexahedra", mesh.hexahedra.size());
+}
+
 /// Throws Error, naming the file, unless both have the same tets with corners at the same places.
 void check_corners(const TetMesh& found, const TetMesh& mesh, const std::string& file) {
     constexpr double tolerance = 1e-6;  // m: results may be in single precision
     const auto corners = static_cast<std::size_t>(corner_count(mesh));
     if (static_cast<std::size_t>(corner_count(found)) != corners || found.tets != mesh.tets)
         fail(
-            "{}: is of another mesh of {} tets and {} nodes, expected the tets of mesh.file, which "
-            "has {} tets and {} nodes",
-            file, found.tets.size(), found.nodes.size(), mesh.tets.size(), mesh.nodes.size());
+            "{}: is of another mesh, or of one with other cuts, of {} and {} nodes, expected that "
+            "of the scene, of {} and {} nodes",
+            file, cells_text(found), found.nodes.size(), cells_text(mesh), mesh.nodes.size());
     for (std::size_t n = 0; n < corners; ++n)
         if (const double off = (found.nodes[n] - mesh.nodes[n]).norm(); !(off <= tolerance))
             fail(

@@ -14,8 +14,11 @@ namespace {
 
 std::vector<std::uint8_t> crossed_by(const HexLevel& level, const GridFrame& frame,
                                      const PlanePatch& patch) {
-    const Vector3 normal = patch.normal.normalized();
-    // Centres that lie in the plane but for rounding are on one side, whatever the rounding.
+    Vector3 normal = patch.normal.normalized();
+    // Centres that lie in the plane but for rounding are on one side: whatever the rounding, and
+    // whichever way the normal points.
+    const auto first = std::ranges::find_if(normal, [](double c) { return c != 0; });
+    if (*first < 0) normal = -normal;
     const double rounding = 1e-9 * frame.axes.colwise().norm().minCoeff();
     const auto height = [&](std::int32_t cell) {
         return (frame.centre(level.places[cell]) - patch.point).dot(normal) + rounding;

@@ -19,9 +19,10 @@
 namespace livetet {
 
 /// For each link whether the surface crosses it. A surface without holes leaves none: each centre
-/// is on one side of it. A centre exactly on the surface counts as on one side, too: that of a
-/// plane's normal; of triangles as if the centre was moved by (e, e^2, e^3) along the grid's axes
-/// with an infinitely small e, which is decided exactly, on corners rounded to 1e-6 of a cell.
+/// is on one side of it. A centre exactly on the surface counts as on one side, too: as if it was
+/// moved by (e, e^2, e^3) with an infinitely small e, along the image's axes for a plane and along
+/// the grid's for triangles; the latter is decided exactly, on corners rounded to 1e-6 of a cell.
+/// So a reversed surface cuts the same.
 /// O((links + triangles) log(links) + centres near triangles). Throws Error, naming `where`, if a
 /// corner of a triangle is more than 1e6 cells from the grid.
 std::vector<std::uint8_t> crossed_links(const HexLevel& level, const GridFrame& frame,

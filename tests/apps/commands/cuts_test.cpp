@@ -173,6 +173,35 @@ output: {{file: out.h5}}
                        end_cut, more);
 }
 
+/// A tumour with a material of its own that is cut off with its piece.
+TEST(Cuts, AMaterialMayGoWithAPieceThatIsLeftOut) {
+    const CutBar bar;
+    MeshHierarchy grid = read_hierarchy(bar.folder / "bar.h5");
+    TetMesh& mesh = grid.levels.front();
+    mesh.regions.clear();
+    for (const Tet& tet : mesh.tets) mesh.regions.push_back(mesh.nodes[tet[0]].x() > 0.06 ? 2 : 1);
+    write_hierarchy(bar.folder / "bar.h5", grid);
+    const auto scene = [](int region, const std::string& more) {
+        const std::string own = fmt::format(
+            "density_kg_per_m3: 1000, region: 1}}, {{young_Pa: 9000, poisson: 0.3, region: {}}}]",
+            region);
+        std::string text = held_alone(more);
+        return text.replace(text.find("density_kg_per_m3: 1000}]"), 25, own);
+    };
+    write_text(bar.folder / "scene.yaml", scene(2, "free_pieces: leave_out\n"));
+    const auto run = livetet(bar.folder, "solve scene.yaml");
+    EXPECT_EQ(run.status, 0) << run.err;
+    EXPECT_NE(run.err.find("materials[1].region = 2: the mesh has no cell of that region any more"),
+              std::string::npos)
+        << run.err;
+    write_text(bar.folder / "scene.yaml", scene(3, "free_pieces: keep\n"));
+    const auto refused = livetet(bar.folder, "solve scene.yaml");
+    EXPECT_EQ(refused.status, 2);
+    EXPECT_NE(refused.err.find("materials[1].region = 3: the mesh has no cell of that region\n"),
+              std::string::npos)
+        << refused.err;
+}
+
 TEST(Cuts, AFreePieceIsRefusedLeftOutOrKeptAtRest) {
     const CutBar bar;
     write_text(bar.folder / "scene.yaml", held_alone(""));

@@ -120,6 +120,17 @@ TEST(HexCut, ASurfaceThroughCentresLeavesNoCellAlone) {
 
 /// Corners and edges of triangles on the very lines between centres: each vertical line is crossed
 /// once, and no link between what is above and what is below is missed.
+/// Through the middles of cells, too, where the cut lies on one side of them.
+TEST(HexCut, AReversedPlaneCutsTheSame) {
+    const TetMesh mesh = test::hex_grid({5, 5, 5}, {5, 5, 5});
+    for (const Vector3& normal : {Vector3(1, 0, 0), Vector3(0, 0, 1), Vector3(1, 1, 0),
+                                  Vector3(0, -1, 1), Vector3(1, -2, 1)})
+        for (const double at : {2.5, 2.2})
+            EXPECT_EQ(crossed_in(mesh, PlanePatch{Vector3::Constant(at), normal}),
+                      crossed_in(mesh, PlanePatch{Vector3::Constant(at), -normal}))
+                << normal.transpose() << " at " << at;
+}
+
 TEST(HexCut, ASurfaceOfTrianglesLeavesNoHole) {
     const TetMesh mesh = test::hex_grid({8, 8, 8}, {8, 8, 8});
     const HexLevel level = hex_level_of(mesh, "grid");
