@@ -53,18 +53,24 @@ TriangleMesh BladeCuts::near_body(const TriangleMesh& swept) const {
     return near;
 }
 
+/// Refers to `mesh` and `displacement`.
+BladeSweep::RestPlace BladeCuts::rest_place(const TetMesh& mesh,
+                                            std::span<const Vector3> displacement) const {
+    return [this, &mesh, displacement](const Vector3& y) {
+        return cuttable_->rest_place(y, mesh, displacement);
+    };
+}
+
 void BladeCuts::follow(double time_s, std::span<const std::optional<BladeEdge>> edges,
                        const TetMesh& mesh, std::span<const Vector3> displacement) {
     if (sweeps_.size() != edges.size()) sweeps_.assign(edges.size(), BladeSweep(sweep_options_));
-    const auto rest_place = [&](const Vector3& y) {
-        return cuttable_->rest_place(y, mesh, displacement);
-    };
+    const BladeSweep::RestPlace at_rest = rest_place(mesh, displacement);
     for (std::size_t i = 0; i < edges.size(); ++i) {
         if (edges[i] && !is_near(*edges[i], displacement)) {
             sweeps_[i].restart();
             continue;
         }
-        TriangleMesh swept = near_body(sweeps_[i].follow(time_s, edges[i], rest_place));
+        TriangleMesh swept = near_body(sweeps_[i].follow(time_s, edges[i], at_rest));
         count_gap(sweeps_[i]);
         take_now_or_later(time_s, std::move(swept));
     }
@@ -74,9 +80,7 @@ bool BladeCuts::cut_along(double time_s, std::span<const BladeEdge> line, const 
                           std::span<const Vector3> displacement) {
     bool parts = false;
     BladeSweep sweep(sweep_options_);
-    const auto rest_place = [&](const Vector3& y) {
-        return cuttable_->rest_place(y, mesh, displacement);
-    };
+    const BladeSweep::RestPlace at_rest = rest_place(mesh, displacement);
     for (std::size_t k = 0; k < line.size(); ++k) {
         const BladeEdge &from = line[k > 0 ? k - 1 : 0], &to = line[k];
         const double way = std::max((to[0] - from[0]).norm(), (to[1] - from[1]).norm());
@@ -84,8 +88,8 @@ bool BladeCuts::cut_along(double time_s, std::span<const BladeEdge> line, const 
         for (int step = 1; step <= steps; ++step) {
             const double s = static_cast<double>(step) / steps;
             const BladeEdge edge{from[0] + s * (to[0] - from[0]), from[1] + s * (to[1] - from[1])};
-            const TriangleMesh swept = near_body(sweep.follow(time_s, edge, rest_place));
-            parts = take_now_or_later(time_s, swept) || parts;
+            TriangleMesh swept = near_body(sweep.follow(time_s, edge, at_rest));
+            parts |= take_now_or_later(time_s, std::move(swept));
         }
     }
     return parts;

@@ -90,6 +90,8 @@ class BladeCuts {
     bool is_waiting() const { return pending_s_ || begun_s_; }
 
   private:
+    BladeSweep::RestPlace rest_place(const TetMesh& mesh,
+                                     std::span<const Vector3> displacement) const;
     bool take(double time_s, const TriangleMesh& swept);
     bool take_now_or_later(double time_s, TriangleMesh swept);
     void end();

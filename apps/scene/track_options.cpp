@@ -105,8 +105,8 @@ void check_track(const TrackOptions& track, const KeyPlaces& places) {
     check_ahead(track, places);
     if (!track.start.empty() && has_blades(track))
         fail(
-            "track.start: found a blade in track.tools or track.cut_by_hand_mm, which would free "
-            "what it holds, expected one of them ({})",
+            "track.start: found a blade in track.tools, or track.cut_by_hand_mm: a cut would "
+            "free what the start holds, expected one of them ({})",
             places("track.start"));
     std::vector<std::string> names{track.reference_tool};
     for (std::size_t i = 0; i < track.sensors.size(); ++i) {
