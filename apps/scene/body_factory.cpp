@@ -250,7 +250,9 @@ void check_materials(MPI_Comm comm, const Scene& scene, const std::vector<std::i
         const std::string nowhere = fmt::format(
             "materials[{}].region = {}: the mesh has no cell of that region", i, region);
         if (scene.cuts.empty() || scene.free_pieces != FreePieces::leave_out) fail("{}", nowhere);
-        log_info("note         " + nowhere + " any more: a piece is left out");
+        int rank = 0;
+        MPI_Comm_rank(comm, &rank);
+        if (rank == 0) log_info("note         " + nowhere + " any more: a piece is left out");
     }
     if (all.empty()) all.insert(0);
     for (const int region : all) (void)material_of(scene.materials, region);
