@@ -424,7 +424,7 @@ TEST(BadInput, MaterialsAndFieldsThatCannotBe) {
     write_text(folder / "f.yaml", held_scene + "materials: [{young_Pa: 1e6}, {young_Pa: 1e3}]\n");
     expect_refused(livetet(folder, "solve f.yaml"), {"materials[1].region = 0", "materials[0]"});
     write_text(folder / "g.yaml", held_scene + "materials: [{young_Pa: 1e6}, {region: 7}]\n");
-    expect_refused(livetet(folder, "solve g.yaml"), {"materials[1].region = 7", "no tet"});
+    expect_refused(livetet(folder, "solve g.yaml"), {"materials[1].region = 7", "no cell"});
     write_text(folder / "h.yaml", held_scene + "time: {scheme: newmark, beta: 0.1, gamma: 0.9}\n");
     expect_refused(livetet(folder, "solve h.yaml"), {"time.beta = 0.1", "gamma"});
     write_text(folder / "b.yaml", held_scene + "materials: [{region: 4}]\n");
