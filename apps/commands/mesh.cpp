@@ -9,6 +9,7 @@
 #include "apps/report/mesh_report.hpp"
 #include "apps/scene/body_factory.hpp"
 #include "apps/scene/outputs.hpp"
+#include "base/counted.hpp"
 #include "base/file.hpp"
 #include "image/mask_selection.hpp"
 #include "io/dicom_name.hpp"
@@ -138,11 +139,11 @@ MeshHierarchy grid_and_report(const MeshArguments& a, const std::string& key, nl
     const auto& voxels = input.grid.voxels_a_cell;
     Vector3 cell_mm = 1e3 * input.image.spacing();
     for (int d = 0; d < 3; ++d) cell_mm[d] *= voxels[d];
-    fmt::print("grid         {} hexahedra of {:.3g} x {:.3g} x {:.3g} mm ({} voxels), {} nodes\n",
-               cells, cell_mm.x(), cell_mm.y(), cell_mm.z(), fmt::join(voxels, " x "),
+    fmt::print("grid         {} of {:.3g} x {:.3g} x {:.3g} mm ({} voxels), {} nodes\n",
+               elements_text(mesh), cell_mm.x(), cell_mm.y(), cell_mm.z(), fmt::join(voxels, " x "),
                mesh.nodes.size());
-    fmt::print("body         {:.4g} ml; {} hexahedra are partly outside\n",
-               1e6 * input.grid.body_m3, cells - static_cast<std::size_t>(whole));
+    fmt::print("body         {:.4g} ml; {} partly outside\n", 1e6 * input.grid.body_m3,
+               counted(cells - static_cast<std::size_t>(whole), "hexahedron is", "hexahedra are"));
     json = {{"hexahedra", cells},
             {"nodes", mesh.nodes.size()},
             {"partly_outside", cells - static_cast<std::size_t>(whole)},
@@ -155,8 +156,8 @@ MeshHierarchy grid_and_report(const MeshArguments& a, const std::string& key, nl
             {"asked", requested(a)},
             {"fingerprint", key}};
     for (const HexLevel& level : hex_levels(mesh, 1)) {
-        fmt::print("level {}      {} hexahedra, {} nodes\n", json["levels"].size(),
-                   level.cells.size(), level.nodes);
+        fmt::print("level {}      {}, {} nodes\n", json["levels"].size(),
+                   counted(level.cells.size(), "hexahedron", "hexahedra"), level.nodes);
         json["levels"].push_back({{"hexahedra", level.cells.size()}, {"nodes", level.nodes}});
     }
     for (const std::string& note : input.notes) fmt::print("note         {}\n", note);

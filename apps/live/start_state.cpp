@@ -6,6 +6,7 @@
 
 #include "base/error.hpp"
 #include "io/result_file.hpp"
+#include "mesh/hex_grid.hpp"
 #include "mesh/quadratic.hpp"
 #include "solvers/nonlinear/held_force.hpp"
 
@@ -22,11 +23,6 @@ bool has_converged(const ResultReader& result, const std::string& file) {
     return found->get<bool>();
 }
 
-std::string cells_text(const TetMesh& mesh) {
-    return mesh.hexahedra.empty() ? fmt::format("{} tets", mesh.tets.size())
-                                  : fmt::format("{} hexahedra", mesh.hexahedra.size());
-}
-
 /// Throws Error, naming the file, unless both have the same tets with corners at the same places.
 void check_corners(const TetMesh& found, const TetMesh& mesh, const std::string& file) {
     constexpr double tolerance = 1e-6;  // m: results may be in single precision
@@ -35,7 +31,7 @@ void check_corners(const TetMesh& found, const TetMesh& mesh, const std::string&
         fail(
             "{}: is of another mesh, or of one with other cuts, of {} and {} nodes, expected that "
             "of the scene, of {} and {} nodes",
-            file, cells_text(found), found.nodes.size(), cells_text(mesh), mesh.nodes.size());
+            file, elements_text(found), found.nodes.size(), elements_text(mesh), mesh.nodes.size());
     for (std::size_t n = 0; n < corners; ++n)
         if (const double off = (found.nodes[n] - mesh.nodes[n]).norm(); !(off <= tolerance))
             fail(

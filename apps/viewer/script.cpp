@@ -104,7 +104,8 @@ const Command commands[] = {
      [](ViewWindow& w, const Stage&, const Arguments&) { w.reset(); }},
     {"pull", "nnnnnn", "X Y Z DX DY DZ",
      "sets a marker and pulls it by DX DY DZ, mm; only during a run",
-     [](ViewWindow& w, const Stage&, const Arguments& a) {
+     [](ViewWindow& w, const Stage& stage, const Arguments& a) {
+         if (stage.go_to_frame) fail("a recorded result cannot be pulled, expected a scene to run");
          w.pull(a.place(0), a.place(0) + a.place(3));
      }},
     {"release", "", "", "releases the marker",

@@ -14,4 +14,10 @@ std::string counted(Number count, std::string_view noun) {
     return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 
+/// The same for nouns whose plural has no s: "1 hexahedron", "2 hexahedra".
+template <std::integral Number>
+std::string counted(Number count, std::string_view one, std::string_view many) {
+    return fmt::format("{} {}", count, count == 1 ? one : many);
+}
+
 }  // namespace livetet

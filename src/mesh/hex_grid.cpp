@@ -7,6 +7,7 @@
 #include <numeric>
 #include <tuple>
 
+#include "base/counted.hpp"
 #include "base/disjoint_sets.hpp"
 #include "base/error.hpp"
 #include "base/sliced_task.hpp"
@@ -225,9 +226,9 @@ std::vector<Tet> tets_of_hexahedra(std::span<const Hexahedron> hexahedra) {
 
 std::string elements_text(const TetMesh& mesh) {
     if (!mesh.quadratic_hexahedra.empty())
-        return fmt::format("{} hexahedra of 27 nodes", mesh.quadratic_hexahedra.size());
-    return mesh.hexahedra.empty() ? fmt::format("{} tets", mesh.tets.size())
-                                  : fmt::format("{} hexahedra", mesh.hexahedra.size());
+        return counted(mesh.quadratic_hexahedra.size(), "hexahedron", "hexahedra") + " of 27 nodes";
+    return mesh.hexahedra.empty() ? counted(mesh.tets.size(), "tet")
+                                  : counted(mesh.hexahedra.size(), "hexahedron", "hexahedra");
 }
 
 double cell_volume(const TetMesh& mesh) {

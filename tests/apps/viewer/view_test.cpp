@@ -501,6 +501,7 @@ TEST(View, WhatIsWrongIsOneLine) {
           {"colour red", "expected one of displacement, stress, error"},
           {"frame 2\ncolour error", ":2: colour error: no error over the surface is stated"},
           {"colour stress", ":1: colour stress: there are no stresses"},
+          {"pull 0 0 0 0 0 5", ":1: a recorded result cannot be pulled"},
           {"# nothing", "no command"}})
         test::expect_refused(viewed.script(text, "--off-screen"), {"script.txt", part});
     EXPECT_FALSE(std::filesystem::exists(viewed.folder / "a.png"));
