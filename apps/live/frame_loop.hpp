@@ -24,7 +24,7 @@ class FrameObserver {
     virtual ~FrameObserver() = default;
     /// The marker that the user pulls, for the next frame; none: nothing is pulled.
     virtual std::optional<HandPull> pull() = 0;
-    /// A line that the user has drawn since the last frame; none: none was drawn.
+    /// The oldest line that the user has drawn and no frame has cut along; none: there is none.
     virtual std::shared_ptr<const HandCut> cut() { return {}; }
     virtual void on_frame(const Frame& frame, const TrackedBody& tracked,
                           const StreamSample& sample) = 0;

@@ -45,7 +45,11 @@ std::optional<HandPull> TrackView::pull() {
 }
 
 std::shared_ptr<const HandCut> TrackView::cut() {
-    return cuts_.take() ? cuts_.incoming() : nullptr;
+    const std::shared_ptr<const HandCut>* line = cuts_.oldest();
+    if (!line) return nullptr;
+    std::shared_ptr<const HandCut> cut = *line;
+    cuts_.pop();
+    return cut;
 }
 
 void TrackView::on_frame(const Frame& frame, const TrackedBody& tracked, const StreamSample&) {
@@ -85,8 +89,10 @@ void TrackView::lead(ViewWindow& window) {
     };
     window.set_cut_depth(options_.cut_depth);
     window.handlers.cut = [this](const HandCut& cut) {
-        cuts_.outgoing() = std::make_shared<const HandCut>(cut);
-        cuts_.post();
+        std::shared_ptr<const HandCut>* slot = cuts_.free_slot();
+        if (!slot) return log_warning("the line cuts nothing: no frame has taken those before it");
+        *slot = std::make_shared<const HandCut>(cut);
+        cuts_.push();
     };
     if (options_.script) {
         const Stage stage{{}, {}, [&](double seconds) {

@@ -10,6 +10,7 @@
 #include "apps/live/frame_loop.hpp"
 #include "apps/viewer/script.hpp"
 #include "apps/viewer/window.hpp"
+#include "base/ring.hpp"
 #include "tracking/mailbox.hpp"
 
 namespace livetet {
@@ -62,8 +63,8 @@ class TrackView : public FrameObserver {
     const Options options_;
     Mailbox<Seen> frames_;
     Mailbox<std::optional<HandPull>> pulls_;
-    std::optional<HandPull> pull_;  ///< used by the simulation's thread only
-    Mailbox<std::shared_ptr<const HandCut>> cuts_;
+    std::optional<HandPull> pull_;                   ///< used by the simulation's thread only
+    Ring<std::shared_ptr<const HandCut>> cuts_{16};  ///< lines that no frame has taken yet
     std::atomic<bool> run_over_{false}, abandoned_{false};
     std::atomic<std::size_t> pictures_{0};
     std::atomic<double> picture_s_{0};
