@@ -49,9 +49,9 @@ void ThreadTeam::start(Call call, void* work) {
     // sees the other's store.
     round_.fetch_add(1, std::memory_order_seq_cst);
     // Workers that are awake, but not yet on a core, are not woken once more.
-    if (asleep_.load(std::memory_order_seq_cst) > 0 &&
-        asleep_.exchange(0, std::memory_order_seq_cst) > 0)
-        round_.notify_all();
+    if (asleep_.load(std::memory_order_seq_cst) != 0 &&
+        asleep_.exchange(0, std::memory_order_seq_cst) != 0)
+        asleep_.notify_all();
 }
 
 void ThreadTeam::finish(std::size_t workers) {
@@ -81,8 +81,12 @@ void ThreadTeam::serve(int thread) {
             const auto now = Clock::now();
             if (since == Clock::time_point{}) since = now;
             if (now - since < std::chrono::milliseconds(2)) continue;
-            asleep_.fetch_add(1, std::memory_order_seq_cst);
-            round_.wait(seen, std::memory_order_seq_cst);
+            // asleep_ is 1 as long as anyone sleeps on it and is not being woken. A worker that
+            // slept on round_ would go on sleeping when it is woken for a round that it has done
+            // before, and no later round would wake it.
+            asleep_.store(1, std::memory_order_seq_cst);
+            if (round_.load(std::memory_order_seq_cst) == seen)
+                asleep_.wait(1, std::memory_order_seq_cst);
         }
         seen = round_.load(std::memory_order_acquire);
         if (!join(seen)) continue;
