@@ -89,6 +89,7 @@ bool BladeCuts::cut_along(double time_s, std::span<const BladeEdge> line, const 
             const double s = static_cast<double>(step) / steps;
             const BladeEdge edge{from[0] + s * (to[0] - from[0]), from[1] + s * (to[1] - from[1])};
             TriangleMesh swept = near_body(sweep.follow(time_s, edge, at_rest));
+            count_gap(sweep);
             parts |= take_now_or_later(time_s, std::move(swept));
         }
     }

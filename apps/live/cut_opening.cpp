@@ -62,7 +62,7 @@ std::unique_ptr<CutBody> CutOpening::finish() {
     }
     prepared_s_ += watch.lap();
     if (!refusal_.empty()) {
-        log_warning(fmt::format("a blade's cut is not made: {}", refusal_));
+        log_warning(fmt::format("a cut is not made: {}", refusal_));
         cuts_.undo();
         return nullptr;
     }

@@ -39,6 +39,7 @@ std::uint64_t whole_number(double x, double max, const char* what, const std::st
 /// The edges of FrameState::hand_cut: the frame's sample, then both ends.
 constexpr const char* hand_cut_table = "hand_cuts";
 constexpr std::size_t hand_cut_columns = 7;
+constexpr double farthest_drawn = 10;  ///< m, of any coordinate; farther, a line has no end
 
 constexpr double max_samples = 9007199254740992;  // 2^53: a double represents all smaller integers
 
@@ -201,8 +202,10 @@ void read_hand_cuts(const ResultReader& reader, const std::string& source, Recor
     const std::vector<double> rows = reader.rows(hand_cut_table, hand_cut_columns);
     std::map<std::uint64_t, HandCut> cuts;
     for (const double* v = rows.data(); v < rows.data() + rows.size(); v += hand_cut_columns) {
-        if (!std::all_of(v, v + hand_cut_columns, [](double x) { return std::isfinite(x); }))
-            fail("{}: a line drawn by hand is not finite", source);
+        for (const double* x = v + 1; x < v + hand_cut_columns; ++x)
+            if (!(std::abs(*x) <= farthest_drawn))
+                fail("{}: found {:g} m in {}, expected at most {} m", source, *x, hand_cut_table,
+                     farthest_drawn);
         cuts[whole_number(v[0], max_samples, "sample", source)].edges.push_back(
             {Vector3(v[1], v[2], v[3]), Vector3(v[4], v[5], v[6])});
     }

@@ -82,14 +82,20 @@ auto sample_at(const RecordedRun& run, std::uint64_t number) {
     return std::ranges::lower_bound(run.samples, number, {}, &StreamSample::number);
 }
 
-/// The samples between those of a frame and the frame before: TrackerSource::passed.
-std::vector<TrackerSample> passed_before(const RecordedRun& run, std::size_t frame) {
+/// The samples between those of a frame and the frame before: TrackerSource::passed. Throws Error
+/// if one was not kept.
+std::vector<TrackerSample> passed_before(const RecordedRun& run, std::size_t frame,
+                                         const std::string& source) {
     if (frame == 0) return {};
-    const auto from = sample_at(run, run.frames[frame - 1].sample + 1),
-               to = sample_at(run, run.frames[frame].sample);
+    const std::uint64_t to = run.frames[frame].sample;
+    std::uint64_t from = run.frames[frame - 1].sample + 1;
+    if (to > max_passed) from = std::max<std::uint64_t>(from, to - max_passed);
     std::vector<TrackerSample> passed;
-    for (auto sample = from; sample < to; ++sample) passed.push_back(sample->sample);
-    if (passed.size() > max_passed) passed.erase(passed.begin(), passed.end() - max_passed);
+    for (auto sample = sample_at(run, from); sample != sample_at(run, to); ++sample)
+        passed.push_back(sample->sample);
+    if (from < to && passed.size() != to - from)
+        fail("{}: of {} samples that blades cut in before frame {}, {} were kept", source,
+             to - from, frame, passed.size());
     return passed;
 }
 
@@ -133,6 +139,7 @@ ReplayReport replay_run(const std::filesystem::path& path, const ProgressCallbac
 
     ReplayReport report;
     auto event = origin.events.begin();
+    const bool may_be_cut = has_blades(*origin.scene.track);
     for (std::size_t k = 0; k < run.frames.size(); ++k) {
         const RecordedRun::FrameRecord& recorded = run.frames[k];
         for (; event != origin.events.end() && event->frame <= k; ++event)
@@ -145,7 +152,7 @@ ReplayReport replay_run(const std::filesystem::path& path, const ProgressCallbac
         tracked.cut_by_hand(recorded.cut);
         const Frame& frame = tracked.advance(
             sample->sample, {.as_done = &recorded.solves, .ahead_s = recorded.ahead_s},
-            passed_before(run, k));
+            may_be_cut ? passed_before(run, k, source) : std::vector<TrackerSample>{});
         ++report.frames;
         if (checksum(frame.displacement) == recorded.checksum &&
             holds_statement(reader, k, frame.statement)) {

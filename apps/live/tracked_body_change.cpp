@@ -64,8 +64,8 @@ void TrackedBody::change(SceneChange&& change) {
     for (const ToolOptions& tool : next.track->tools) (void)find_tool_(tool.tool);
     if (!cutting_ && has_blades(*next.track))
         fail(
-            "track.tools: blade_mm, or track.cut_by_hand_mm: found in a run that began without, "
-            "expected one of them from the start");
+            "track.tools: found blade_mm in a run that began without, expected it, or "
+            "track.cut_by_hand_mm, from the start");
     std::optional<SceneConstraints> on_cut_mesh;  // else those of the change do
     std::vector<FixOptions> fix = fix_of_change(change);
     if (frame_.cut && fix_changed) {

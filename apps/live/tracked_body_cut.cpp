@@ -220,11 +220,11 @@ void TrackedBody::take_free_pieces(const std::vector<MeshPiece>& free) {
     }
     const auto tell = [](const std::vector<MeshPiece>& pieces, const char* what) {
         if (!pieces.empty())
-            log_warning(fmt::format("a blade cut off {}; {}", pieces_text(pieces), what));
+            log_warning(fmt::format("a cut freed {}; {}", pieces_text(pieces), what));
     };
-    tell(moving, "what it cut off moves freely");
-    tell(resting, "what it cut off rests where it is, in a static scene");
-    tell(carried, "what it cut off goes with the sensor on it");
+    tell(moving, "what it freed moves freely");
+    tell(resting, "what it freed rests where it is, in a static scene");
+    tell(carried, "what it freed goes with the sensor on it");
     tell(set_back,
          "it had hung by so little that it was drawn out far, and is set back to its place in the "
          "image");

@@ -67,7 +67,7 @@ std::string cuts_verdict(const Report& r) {
     std::string text = "Cuts: none opened.";
     if (c.openings > 0) {
         text = fmt::format(
-            "Cuts: blades parted {} of neighbouring cells and doubled {}, opened {}, in at most "
+            "Cuts: {} of neighbouring cells parted and {} doubled, opened {}, in at most "
             "{:.0f} ms of a frame each; to prepare one took at most {:.0f} ms; ",
             counted(c.parted, "pair"), counted(c.nodes_added, "node"), counted(c.openings, "time"),
             c.longest_ms, c.prepared_ms);

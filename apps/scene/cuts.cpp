@@ -289,9 +289,19 @@ std::vector<TetMesh> without_pieces(std::vector<TetMesh> levels,
     return {without_cells(levels.front(), left_out)};
 }
 
+/// Throws Error if a material is of a region that the mesh has nowhere: after the cuts, one that is
+/// gone went with a piece that is left out.
+void check_regions(const Scene& scene, const TetMesh& mesh) {
+    for (std::size_t i = 0; i < scene.materials.size(); ++i)
+        if (const int region = scene.materials[i].region;
+            region != 0 && std::ranges::find(mesh.regions, region) == mesh.regions.end())
+            fail("materials[{}].region = {}: the mesh has no cell of that region", i, region);
+}
+
 }  // namespace
 
 MeshHierarchy with_cuts(const Scene& scene, MeshHierarchy hierarchy) {
+    check_regions(scene, hierarchy.levels.front());
     const std::string provenance =
         fmt::format("{}; {}", hierarchy.provenance, counted(scene.cuts.size(), "cut"));
     const bool is_grid = !hierarchy.levels.front().hexahedra.empty();

@@ -89,6 +89,7 @@ void TrackView::lead(ViewWindow& window) {
     };
     window.set_cut_depth(options_.cut_depth);
     window.handlers.cut = [this](const HandCut& cut) {
+        if (run_over_) return log_warning("the run is over: lines cut nothing any more");
         std::shared_ptr<const HandCut>* slot = cuts_.free_slot();
         if (!slot) return log_warning("the line cuts nothing: no frame has taken those before it");
         *slot = std::make_shared<const HandCut>(cut);

@@ -135,6 +135,7 @@ bool ViewWindow::process_events() {
 }
 
 bool ViewWindow::mouse_down(MouseButton button, bool shift, int x, int y) {
+    if (drag_.doing == Doing::cutting) return true;  // another button, in the middle of a line
     const vtkRenderer* under = interactor_->FindPokedRenderer(x, y);
     drag_.last = {x, y};
     if (under == strip_) {

@@ -298,7 +298,7 @@ TEST(TrackedCuts, APieceThatIsCutOffRestsInAStaticScene) {
     ASSERT_NE(run.frame().cut, nullptr);
     EXPECT_EQ(run.frame().cut->pieces, 2U);
     EXPECT_EQ(run.frame().cut->free_pieces, 1U);
-    EXPECT_NE(said.find("a blade cut off 1 piece that neither fix nor drive holds: 24 ml at (10.0, "
+    EXPECT_NE(said.find("a cut freed 1 piece that neither fix nor drive holds: 24 ml at (10.0, "
                         "30.0, 50.0) mm"),
               std::string::npos)
         << said;
@@ -377,8 +377,7 @@ TEST(TrackedCuts, ACutThatWouldFreeTheWholeBodyIsNotMade) {
         run.cut(above, down_to(-0.01));
         run.rest(10);
     });
-    EXPECT_NE(said.find("a blade's cut is not made: it would free the whole body"),
-              std::string::npos)
+    EXPECT_NE(said.find("a cut is not made: it would free the whole body"), std::string::npos)
         << said;
     ASSERT_NE(run.frame().cut, nullptr) << "it was opened before it was through";
     EXPECT_EQ(run.frame().cut->pieces, 1U);
@@ -670,9 +669,9 @@ void cut_and_press_at_random(Cells cells) {
                 }
             });
             pull = next;
-            for (std::size_t at = said.find("cut off "); at != std::string::npos;
-                 at = said.find("cut off ", at + 1))
-                if (const int number = std::atoi(said.c_str() + at + 8); number > 0)
+            for (std::size_t at = said.find("cut freed "); at != std::string::npos;
+                 at = said.find("cut freed ", at + 1))
+                if (const int number = std::atoi(said.c_str() + at + 10); number > 0)
                     told += static_cast<std::size_t>(number);
             if (run.frame().cut)
                 free_at_most = std::max(free_at_most, run.frame().cut->free_pieces);

@@ -118,8 +118,6 @@ TEST(HexCut, ASurfaceThroughCentresLeavesNoCellAlone) {
         }
 }
 
-/// Corners and edges of triangles on the very lines between centres: each vertical line is crossed
-/// once, and no link between what is above and what is below is missed.
 /// Through the middles of cells, too, where the cut lies on one side of them.
 TEST(HexCut, AReversedPlaneCutsTheSame) {
     const TetMesh mesh = test::hex_grid({5, 5, 5}, {5, 5, 5});
@@ -131,6 +129,8 @@ TEST(HexCut, AReversedPlaneCutsTheSame) {
                 << normal.transpose() << " at " << at;
 }
 
+/// Corners and edges of triangles on the very lines between centres: each vertical line is crossed
+/// once, and no link between what is above and what is below is missed.
 TEST(HexCut, ASurfaceOfTrianglesLeavesNoHole) {
     const TetMesh mesh = test::hex_grid({8, 8, 8}, {8, 8, 8});
     const HexLevel level = hex_level_of(mesh, "grid");
