@@ -36,7 +36,7 @@ int give_up(const std::string& message, int status) {
         MPI_Comm_size(MPI_COMM_WORLD, &ranks);
     } else {
         const char* of_slurm = std::getenv("SLURM_PROCID");
-        rank = launched_rank().value_or(of_slurm ? std::atoi(of_slurm) : 0);
+        rank = livetet::launched_rank().value_or(of_slurm ? std::atoi(of_slurm) : 0);
         if (rank > 0) return status;
     }
     if (rank > 0) ::sleep(3);  // on a busy machine rank 0 takes time to abort the others

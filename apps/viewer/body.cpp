@@ -11,6 +11,7 @@
 #include <vtkStaticPointLocator.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <span>
 
@@ -121,6 +122,22 @@ class Shell {
     std::vector<Tet> owners_;
 };
 
+/// Whether more than two triangles meet at an edge, as where cuts leave cells that hang together by
+/// an edge alone. Loop's subdivision has no rule there.
+bool has_branching_edge(std::span<const Triangle> triangles) {
+    std::vector<std::array<std::int32_t, 2>> edges;
+    edges.reserve(3 * triangles.size());
+    for (const Triangle& t : triangles)
+        for (int k = 0; k < 3; ++k) {
+            const auto [a, b] = std::minmax(t[k], t[(k + 1) % 3]);
+            edges.push_back({a, b});
+        }
+    std::ranges::sort(edges);
+    for (std::size_t k = 2; k < edges.size(); ++k)
+        if (edges[k] == edges[k - 2]) return true;
+    return false;
+}
+
 /// ShownBody::marked_at: of nodes of the border the nearest node of the surface.
 std::vector<Vector3> mark_places(const TetMesh& mesh, const DrawnSurface& surface) {
     std::vector<Vector3> places = mesh.nodes;
@@ -169,16 +186,15 @@ DrawnSurface render_surface(const TetMesh& mesh) {
     coarse->SetPolys(cells);
     coarse->GetCellData()->SetScalars(
         tets_behind(triangles, shell.tets()));  // triangles pass it on
-    vtkNew<vtkLoopSubdivisionFilter> fine;
-    fine->SetInputData(coarse);
     int times = 0;
     for (std::size_t count = triangles.size(); count < enough; count *= 4) ++times;
+    if (times == 0 || has_branching_edge(triangles)) return drawn(coarse, shell.owners());
+    vtkNew<vtkLoopSubdivisionFilter> fine;
+    fine->SetInputData(coarse);
     fine->SetNumberOfSubdivisions(std::min(times, 3));
     fine->Update();
-    // Subdivision needs a manifold surface; others are shown as they are.
-    return drawn(
-        times > 0 && fine->GetOutput()->GetNumberOfCells() > 0 ? fine->GetOutput() : coarse,
-        shell.owners());
+    return drawn(fine->GetOutput()->GetNumberOfCells() > 0 ? fine->GetOutput() : coarse,
+                 shell.owners());
 }
 
 void add_statement(ShownMoment& moment, const FrameStatement& statement,

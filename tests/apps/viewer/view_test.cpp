@@ -372,6 +372,7 @@ TEST(View, ALiveRunIsCutAlongDrawnLines) {
                 with_display);
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_EQ(outcome.err.find("nothing is cut here"), std::string::npos) << outcome.err;
+    EXPECT_EQ(outcome.err.find("vtk"), std::string::npos) << outcome.err;
 
     // A line over the organ, and two in the coronal slice, drawn without a frame between them; the
     // one beside the organ cuts nothing.
