@@ -111,7 +111,7 @@ std::vector<DrawnBody> draw_bodies(int count) {
 
 BodyRuns press_body(const Population& population, int body, const ProgressCallback& progress) {
     // 1. the body, its truth, and the model that knows its spreads alone
-    const auto& [true_body, share] = draw_bodies(population.bodies)[static_cast<std::size_t>(body)];
+    const auto [true_body, share] = draw_bodies(population.bodies)[static_cast<std::size_t>(body)];
     const auto scaled = [share = share](int tets) {
         return static_cast<int>(std::lround(share * tets));
     };

@@ -170,10 +170,10 @@ TEST(TrackCuts, ARunThatMissesSamplesIsReplayed) {
     write_sequence(t.folder / "press.igs.mha", t.recording);
     ASSERT_EQ(livetet(t.folder, "track scene.yaml --json report.json").status, 0);
     const auto report = nlohmann::json::parse(read_text_file(t.folder / "report.json"));
-    EXPECT_GT(report["run"]["missed"].get<int>(), 0) << report["run"];
+    EXPECT_GT(report["frames"]["missed"].get<int>(), 0) << report["frames"];
     EXPECT_GT(report["cuts"]["parted"].get<int>(), 0) << report["cuts"];
     const auto replay = livetet(t.folder, "track --replay result.h5");
-    EXPECT_EQ(replay.status, 0) << replay.out << report["run"];
+    EXPECT_EQ(replay.status, 0) << replay.out << report["frames"];
 }
 
 /// The same of tetrahedra on two levels, whose nodes move onto the cut. `nodes`: of the mesh as it
