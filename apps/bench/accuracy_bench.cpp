@@ -12,7 +12,6 @@
 #include "apps/bench/realtime_cases.hpp"
 #include "base/error.hpp"
 #include "base/file.hpp"
-#include "base/launched_rank.hpp"
 #include "base/progress.hpp"
 #include "solvers/parallel/petsc_session.hpp"
 
@@ -203,6 +202,12 @@ struct AccuracyFindings {
 void judge_statements(AccuracyFindings& found, const std::vector<double>& depths,
                       const AccuracyArguments& arguments, ProgressLine& progress) {
     if (arguments.bodies > 0) {
+        found.population = press_population(
+            {arguments.bodies, arguments.body_seeds, arguments.sensors, arguments.tets,
+             arguments.truth_tets},
+            trackers, depths, [&](double fraction, std::string_view words) {
+                progress.update(0.5 + 0.25 * fraction, fmt::format("drawn bodies: {}", words));
+            });
         print_population(found.population, arguments.bodies);
         print_statement_verdict(judge_statement(found.population, {}), "drawn bodies");
     }
@@ -245,8 +250,9 @@ void draw(const AccuracyArguments& arguments, const AccuracyFindings& found) {
 /// of the press and number of sensors, and what limits it. Returns 1 unless deforming is better in
 /// every cell.
 int bench_accuracy(const AccuracyArguments& arguments) {
-    if (launched_rank())
-        fail("bench accuracy starts processes of its own, found mpirun: start it without");
+    PetscSession session("livetet", {});
+    if (session.ranks() > 1)
+        fail("bench accuracy runs on one rank, found {}: start it without mpirun", session.ranks());
     ProgressLine progress("accuracy");
     const auto part = [&](double from, double to, const std::string& what) -> ProgressCallback {
         return [&progress, from, to, what](double fraction, std::string_view words) {
@@ -254,33 +260,21 @@ int bench_accuracy(const AccuracyArguments& arguments) {
         };
     };
 
-    // 1. drawn bodies, in processes that are started before this one's PETSc
-    AccuracyFindings found;
-    const std::vector<double> depths{0.005, 0.010, 0.015, 0.020, 0.025, 0.030};
-    if (arguments.bodies > 0)
-        found.population = press_population({arguments.bodies,
-                                             arguments.body_seeds,
-                                             arguments.sensors,
-                                             arguments.tets,
-                                             arguments.truth_tets,
-                                             {std::begin(trackers), std::end(trackers)},
-                                             depths},
-                                            part(0, 0.4, "drawn bodies"));
-    PetscSession session("livetet", {});
-
-    // 2. the true organ, and the mesh of the model
+    // 1. the true organ, and the mesh of the model
     const PhantomImages images = make_phantom_images(0.0015, 1);
     const PressedOrgan organ =
-        press_organ(images, arguments.truth_tets, depths, part(0.4, 0.45, "truth"));
-    const MeshHierarchy hierarchy = mesh_model(images, arguments.tets, part(0.45, 0.46, "model"));
+        press_organ(images, arguments.truth_tets, {0.005, 0.010, 0.015, 0.020, 0.025, 0.030},
+                    part(0, 0.2, "truth"));
+    const MeshHierarchy hierarchy = mesh_model(images, arguments.tets, part(0.2, 0.22, "model"));
     AccuracyModel model(accuracy_scene(), hierarchy, organ);
     fmt::print("truth: {}\nmodel: neo-Hookean, {} P2 tets, {} nodes; {} of {} targets judged\n",
                organ.truth.provenance, model.mesh().tets.size(), model.mesh().nodes.size(),
                judged_targets(organ.truth).size(), organ.truth.targets.size());
 
-    // 3. all cells, the statement, and the limits
+    // 2. all cells, the statement, and the limits
+    AccuracyFindings found;
     for (const TrackerKind& tracker : trackers) {
-        const double from = 0.46 + 0.14 * static_cast<double>(found.tables.size());
+        const double from = 0.22 + 0.14 * static_cast<double>(found.tables.size());
         found.tables.push_back(
             fill_table(model, organ, tracker, arguments, progress, from, from + 0.14));
         print(found.tables.back());
@@ -293,7 +287,7 @@ int bench_accuracy(const AccuracyArguments& arguments) {
         print(found.limits, found.tables.front().depths_mm);
     }
 
-    // 4. files and verdict
+    // 3. files and verdict
     if (!arguments.json.empty()) write_json(arguments.json, organ, model, found);
     if (!arguments.csv.empty()) write_text_file(arguments.csv, csv_of(found.tables));
     draw(arguments, found);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <span>
 #include <vector>
 
 #include "apps/bench/accuracy_result.hpp"
@@ -28,33 +27,19 @@ constexpr int most_drawn_bodies = 50;
 /// of input variables, 1979).
 std::vector<DrawnBody> draw_bodies(int count);
 
-/// Runs of the population: of how many bodies, how often each, with up to how many sensors, with
-/// which trackers, at which depths of the press, m; tets as `livetet bench accuracy` takes them.
-struct Population {
+/// Runs of the population: of how many bodies, how often each, with up to how many sensors; tets as
+/// `livetet bench accuracy` takes them.
+struct PopulationSize {
     int bodies, seeds, sensors, tets, truth_tets;
-    std::vector<TrackerKind> trackers;
-    std::vector<double> depths;
 };
-
-/// What a body's runs come to.
-struct BodyRuns {
-    std::vector<double> motion_mm;       ///< of its judged targets, RMS, at each depth
-    std::vector<AccuracyErrors> errors;  ///< by tracker, number of sensors, seed, depth
-};
-
-/// All runs of a body, counted from 0. Every run has a seed of its own. Needs a PetscSession.
-BodyRuns press_body(const Population& population, int body, const ProgressCallback& progress);
 
 /// How the statement does on drawn bodies: a 95 % radius must hold 95 % of the errors of all of
 /// them together, for its spreads say how such bodies differ, not how one of them errs. A table for
-/// each tracker. A cell is the mean of its runs, of about as many errors each: the targets that
-/// move enough differ a little from body to body.
-std::vector<AccuracyTable> tables_of(const Population& population,
-                                     std::span<const BodyRuns> bodies);
-
-/// The same, each body pressed in a process of its own, as many at once as there are cores.
-/// `progress` comes from another thread. No PetscSession may be open: a copy of one does not work.
-std::vector<AccuracyTable> press_population(const Population& population,
+/// each tracker. Every run has a seed of its own. A cell is the mean of its runs, of about as many
+/// errors each: the targets that move enough differ a little from body to body.
+std::vector<AccuracyTable> press_population(const PopulationSize& size,
+                                            std::span<const TrackerKind> trackers,
+                                            const std::vector<double>& depths,
                                             const ProgressCallback& progress);
 
 }  // namespace livetet

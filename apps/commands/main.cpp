@@ -15,7 +15,6 @@
 #include "apps/commands/option_text.hpp"
 #include "apps/commands/version_text.hpp"
 #include "base/error.hpp"
-#include "base/launched_rank.hpp"
 #include "base/petsc.hpp"
 #include "base/run_program.hpp"
 #include "base/temporary_files.hpp"
@@ -34,9 +33,9 @@ int give_up(const std::string& message, int status) {
     if (running) {
         MPI_Comm_rank(MPI_COMM_WORLD, &rank);
         MPI_Comm_size(MPI_COMM_WORLD, &ranks);
-    } else {
-        const char* of_slurm = std::getenv("SLURM_PROCID");
-        rank = livetet::launched_rank().value_or(of_slurm ? std::atoi(of_slurm) : 0);
+    } else {  // set by the launchers of Open MPI, MPICH and Slurm
+        for (const char* name : {"OMPI_COMM_WORLD_RANK", "PMI_RANK", "SLURM_PROCID"})
+            if (const char* value = std::getenv(name)) rank = std::atoi(value);
         if (rank > 0) return status;
     }
     if (rank > 0) ::sleep(3);  // on a busy machine rank 0 takes time to abort the others

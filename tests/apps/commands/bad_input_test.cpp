@@ -388,12 +388,6 @@ TEST(BadInput, AFileOfABenchmarkInNoFolderIsRefusedBeforeItsRuns) {
     expect_refused(livetet(folder, "bench verification --figure ."), {"is a folder"});
 }
 
-TEST(BadInput, ABenchmarkThatStartsProcessesIsNotForMpirun) {
-    const Folder folder;
-    expect_refused(livetet(folder, "bench accuracy", "env OMPI_COMM_WORLD_RANK=0"),
-                   {"bench accuracy starts processes of its own", "mpirun"});
-}
-
 TEST(BadInput, HelpAndVersionAreNotErrors) {
     const Folder folder;
     EXPECT_EQ(livetet(folder, "--help").status, 0);
