@@ -49,9 +49,10 @@ void ThreadTeam::start(Call call, void* work) {
     // sees the other's store.
     round_.fetch_add(1, std::memory_order_seq_cst);
     // Workers that are awake, but not yet on a core, are not woken once more.
-    if (asleep_.load(std::memory_order_seq_cst) != 0 &&
-        asleep_.exchange(0, std::memory_order_seq_cst) != 0)
-        asleep_.notify_all();
+    if (naps_.load(std::memory_order_seq_cst) & 1) {
+        naps_.fetch_add(1, std::memory_order_seq_cst);
+        naps_.notify_all();
+    }
 }
 
 void ThreadTeam::finish(std::size_t workers) {
@@ -81,12 +82,13 @@ void ThreadTeam::serve(int thread) {
             const auto now = Clock::now();
             if (since == Clock::time_point{}) since = now;
             if (now - since < std::chrono::milliseconds(2)) continue;
-            // asleep_ is 1 as long as anyone sleeps on it and is not being woken. A worker that
-            // slept on round_ would go on sleeping when it is woken for a round that it has done
-            // before, and no later round would wake it.
-            asleep_.store(1, std::memory_order_seq_cst);
+            // Each waking gives naps_ a value that it never had. A worker that slept on round_
+            // would sleep on when it is woken for a round that it has done. One that slept on a
+            // mere flag would when another sleeps again before this one has looked. No later call
+            // would wake them.
+            const std::uint32_t nap = naps_.fetch_or(1, std::memory_order_seq_cst) | 1;
             if (round_.load(std::memory_order_seq_cst) == seen)
-                asleep_.wait(1, std::memory_order_seq_cst);
+                naps_.wait(nap, std::memory_order_seq_cst);
         }
         seen = round_.load(std::memory_order_acquire);
         if (!join(seen)) continue;

@@ -1,6 +1,7 @@
 #include "base/thread_team.hpp"
 
 #include <gtest/gtest.h>
+#include <sched.h>
 
 #include <array>
 #include <atomic>
@@ -207,6 +208,31 @@ TEST(ThreadTeam, WakesWorkersThatSleep) {
             calls.run(team);
             ASSERT_TRUE(calls.are(team, round)) << round;
         }
+    });
+}
+
+/// Teams crowd on one core, so that a worker that is woken comes to look only when another one may
+/// sleep again.
+TEST(ThreadTeam, WakesWorkersOnACrowdedCore) {
+    in_time([] {
+        cpu_set_t allowed, one;
+        CPU_ZERO(&one);
+        ASSERT_EQ(sched_getaffinity(0, sizeof(allowed), &allowed), 0);
+        for (int core = 0; CPU_COUNT(&one) == 0; ++core)
+            if (CPU_ISSET(core, &allowed)) CPU_SET(core, &one);
+        ASSERT_EQ(sched_setaffinity(0, sizeof(one), &one), 0);  // this thread and those it makes
+        std::vector<std::thread> callers;
+        for (std::size_t c = 0; c < 16; ++c)
+            callers.emplace_back([c] {
+                ThreadTeam team(4);
+                Calls calls;
+                for (std::size_t round = 1; round <= 300; ++round) {
+                    sleep_for(3ms + (round * 37 + c * 101) % 30 * 200us);
+                    calls.run(team);
+                    EXPECT_TRUE(calls.are(team, round)) << round;
+                }
+            });
+        for (std::thread& caller : callers) caller.join();
     });
 }
 
