@@ -114,7 +114,7 @@ class ThreadTeam {
     void* work_ = nullptr;
     alignas(64) std::atomic<std::uint32_t> round_{0};  ///< counts the rounds; idle workers watch it
     alignas(64) std::atomic<std::uint64_t> state_{0};
-    alignas(64) std::atomic<std::uint32_t> naps_{0};  ///< odd: someone sleeps or is about to
+    alignas(64) std::atomic<std::uint32_t> naps_{0};   ///< odd: someone sleeps or is about to
     alignas(64) std::atomic<std::uint64_t> begun_{0};  ///< of run_tasks, a bit a task
 };
 
